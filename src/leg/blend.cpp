@@ -17,6 +17,7 @@ constexpr float kBand = 6;
 /// Points per axis of a block. All points of a block are sampled, or none.
 constexpr int kBlock = 8;
 
+/// Inputs of distances_at().
 struct BlendInputs {
   const Model& model;
   const InsideTest& inside;
@@ -33,64 +34,65 @@ struct Distances {
 
 /// Computes signed distances to both surfaces, clamped to `band`.
 Result<Distances> distances_at(const BlendInputs& in, const std::vector<Vec3>& points, float band) {
-  std::vector<float> values;
-  PM_TRY_STATUS(to_status(in.engine.sample(in.balls, points, in.settings, values)));
+  std::vector<float> field_values;
+  PM_TRY_STATUS(to_status(in.engine.sample(in.balls, points, in.settings, field_values)));
   const std::vector<std::uint8_t> in_model = in.inside.inside(points);
   const std::vector<ClosestPoint> to_model = in.to_model.closest(points, band),
                                   to_surface = in.to_surface.closest(points, band);
-  Distances out;
+  Distances distances;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const float m = to_model[i].distance, b = to_surface[i].distance;
-    out.model.push_back(in_model[i] ? m : -m);
-    out.balls.push_back(values[i] > in.settings.iso ? b : -b);
+    distances.model.push_back(in_model[i] ? m : -m);
+    distances.balls.push_back(field_values[i] > in.settings.iso ? b : -b);
   }
-  return out;
+  return distances;
 }
 
 /// Marks the blocks that the blend's surface may cross. These are the blocks within `near` of
 /// either surface, and adjacent blocks on different sides of a surface, because the inside of an
-/// open model may end far from its faces. `middles`: distances of the blocks' centres.
-std::vector<bool> find_crossed_blocks(const Distances& middles, Int3 blocks, float near) {
-  std::vector<bool> out(middles.model.size());
+/// open model may end far from its faces. `centers`: distances of the blocks' centres.
+std::vector<bool> find_crossed_blocks(const Distances& centers, Int3 blocks, float near) {
+  std::vector<bool> is_crossed(centers.model.size());
   for (int z = 0; z < blocks.z; ++z)
     for (int y = 0; y < blocks.y; ++y)
       for (int x = 0; x < blocks.x; ++x) {
         const std::size_t i = array3_index(blocks, x, y, z);
-        const float m = middles.model[i], b = middles.balls[i];
-        if (std::min(std::fabs(m), std::fabs(b)) < near) out[i] = true;
+        const float m = centers.model[i], b = centers.balls[i];
+        if (std::min(std::fabs(m), std::fabs(b)) < near) is_crossed[i] = true;
         const auto compare = [&](std::size_t k) {
-          if ((middles.model[k] > 0) == (m > 0) && (middles.balls[k] > 0) == (b > 0)) return;
-          out[i] = out[k] = true;
+          if ((centers.model[k] > 0) == (m > 0) && (centers.balls[k] > 0) == (b > 0)) return;
+          is_crossed[i] = is_crossed[k] = true;
         };
         if (x > 0) compare(array3_index(blocks, x - 1, y, z));
         if (y > 0) compare(array3_index(blocks, x, y - 1, z));
         if (z > 0) compare(array3_index(blocks, x, y, z - 1));
       }
-  return out;
+  return is_crossed;
 }
 
 /// Computes both distances at the points of the grid that `model` and `balls` have in common. First
 /// it samples the centres of all blocks, then all points of the blocks that the surface may cross.
-/// In the other blocks only the sign counts, which is that of the centre.
+/// In the other blocks only the sign counts, which the centre gives.
 Status fill_distances(const BlendInputs& in, DistanceGrid& model, DistanceGrid& balls) {
   const Grid& grid = model.grid;
   const Int3 n = grid.points;
   const auto blocks_along = [](int points) { return (points + kBlock - 1) / kBlock; };
   const Int3 blocks = {blocks_along(n.x), blocks_along(n.y), blocks_along(n.z)};
   const float band = kBand * grid.cell;
-  constexpr float kHalf = 0.5f * (kBlock - 1);
-  const float block_radius = std::sqrt(3.0f) * kHalf * grid.cell * 1.001f;
+  constexpr float kHalf = 0.5f * (kBlock - 1);  // half the extent of a block's points, in cells
+  const float block_radius = std::sqrt(3.0f) * kHalf * grid.cell * 1.001f;  // 1.001: rounding
   std::vector<Int3> corners;
-  std::vector<Vec3> middles;
+  std::vector<Vec3> centers;
   for (int z = 0; z < n.z; z += kBlock)
     for (int y = 0; y < n.y; y += kBlock)
       for (int x = 0; x < n.x; x += kBlock) {
         corners.push_back({x, y, z});
-        middles.push_back(grid_point(grid, {x, y, z}) + Vec3{kHalf, kHalf, kHalf} * grid.cell);
+        centers.push_back(grid_point(grid, {x, y, z}) + Vec3{kHalf, kHalf, kHalf} * grid.cell);
       }
-  PM_TRY(const Distances at_middle, distances_at(in, middles, band + block_radius));
-  const std::vector<bool> is_crossed = find_crossed_blocks(at_middle, blocks, band + block_radius);
-  // Points are sampled in batches, which bounds the memory.
+  // Sample the blocks' centres.
+  PM_TRY(const Distances at_centers, distances_at(in, centers, band + block_radius));
+  const std::vector<bool> is_crossed = find_crossed_blocks(at_centers, blocks, band + block_radius);
+  // Sample the points of crossed blocks, in batches, which bounds the memory.
   constexpr std::size_t kBatch = 1 << 18;
   std::vector<std::size_t> indices;
   std::vector<Vec3> points;
@@ -113,8 +115,8 @@ Status fill_distances(const BlendInputs& in, DistanceGrid& model, DistanceGrid& 
             indices.push_back(i);
             points.push_back(grid_point(grid, {x, y, z}));
           } else {
-            model.values[i] = at_middle.model[b] > 0 ? band : -band;
-            balls.values[i] = at_middle.balls[b] > 0 ? band : -band;
+            model.values[i] = at_centers.model[b] > 0 ? band : -band;
+            balls.values[i] = at_centers.balls[b] > 0 ? band : -band;
           }
         }
     if (points.size() >= kBatch) PM_TRY_STATUS(sample_batch());

@@ -16,14 +16,14 @@ namespace polymorph {
 /// to six cells.
 struct BlendField {
   std::shared_ptr<const DistanceGrid> model, balls;
-  Mesh surface;  ///< surface of the balls
-  std::shared_ptr<const ClosestPointQuery> to_surface;
+  Mesh surface;                                         ///< surface of the balls
+  std::shared_ptr<const ClosestPointQuery> to_surface;  ///< closest points of `surface`
 };
 
-/// Measures both distances on a grid around both surfaces. `to_model`: closest points of `model`;
-/// `surface`: the balls' surface, where their field is 1. The cells' edge is `cell` or the longest
-/// side of the surfaces' box over kMaxDistanceCells (field/distance_grid.h), whichever is larger.
-/// Errors: as Engine::sample().
+/// Measures both distances on a grid around both surfaces. `inside`: test of `model`; `to_model`:
+/// closest points of `model`; `surface`: the balls' surface, where their field is 1. The cells'
+/// edge is `cell` or the longest side of the surfaces' box over kMaxDistanceCells
+/// (field/distance_grid.h), whichever is larger. Errors: as Engine::sample().
 Result<BlendField> make_blend_field(const Model& model, const InsideTest& inside,
                                     const ClosestPointQuery& to_model, const BallSet& balls,
                                     Mesh surface, float cell, const ExtractSettings& settings,

@@ -1,5 +1,5 @@
 // Boundary stage of an object: precomputed data of the transition between its model and its balls'
-// surface. leg/boundary_surface.h evaluates the transition at a moment.
+// surface. leg/boundary_surface.h makes the surface at a moment of the transition.
 #pragma once
 
 #include <variant>

@@ -11,6 +11,7 @@
 namespace polymorph {
 namespace {
 
+/// Returns the object whose boundary stage shows.
 const PreparedObject& end_object(const Leg& leg, const BoundaryMoment& moment) {
   return moment.leaving ? *leg.from : *leg.to;
 }
@@ -46,28 +47,28 @@ Result<BoundaryStage> make_boundary_stage(const PreparedObject& object, Boundary
 Result<BoundarySurface> boundary_surface(const Leg& leg, const BoundaryMoment& moment,
                                          Engine& engine) {
   const PreparedObject& object = end_object(leg, moment);
-  BoundarySurface shown;
+  BoundarySurface surface;
   const float progress = 1 - moment.boundary;  // 0: the model; 1: its balls
   if (progress <= 0 || std::holds_alternative<std::monostate>(object.boundary)) {
-    shown.points = object.model.points;
+    surface.points = object.model.points;
   } else if (const auto* blend = std::get_if<BlendField>(&object.boundary)) {
-    PM_TRY(shown.surface, blend_surface(*blend, object.model, *object.closest, progress,
-                                        leg.settings.measured, engine));
+    PM_TRY(surface.surface, blend_surface(*blend, object.model, *object.closest, progress,
+                                          leg.settings.measured, engine));
   } else if (const auto* projection = std::get_if<Projection>(&object.boundary)) {
     MovingMesh mesh = projected_mesh(object.model, *projection, progress);
-    shown.points = std::move(mesh.points);
-    shown.corner_normals = std::move(mesh.corner_normals);
+    surface.points = std::move(mesh.points);
+    surface.corner_normals = std::move(mesh.corner_normals);
   } else {
     const auto& crossfade = std::get<CrossfadeStage>(object.boundary);
     if (moment.boundary > 0)
-      shown.points = shrunk_points(object.model, crossfade.targets, moment.boundary);
+      surface.points = shrunk_points(object.model, crossfade.targets, moment.boundary);
     PM_TRY(const BallSet balls, balls_at(leg.plan, moment.leaving ? 0.0f : 1.0f, engine));
-    shown.balls =
+    surface.balls =
         grow_balls(balls.balls(), leg.settings.measured.field, moment.growth, object.field_maximum);
-    PM_TRY(shown.surface,
-           extract_surface(engine, shown.balls, leg.settings.cell, leg.settings.measured));
+    PM_TRY(surface.surface,
+           extract_surface(engine, surface.balls, leg.settings.cell, leg.settings.measured));
   }
-  return shown;
+  return surface;
 }
 
 std::vector<Vec3> boundary_displacement(const PreparedObject& object,
@@ -80,9 +81,9 @@ std::vector<Vec3> boundary_displacement(const PreparedObject& object,
 }
 
 Mesh model_mesh(const Model& model, const std::vector<Vec3>& points) {
-  Model moved = model;
-  moved.points = points;
-  return {moved.points, point_normals(moved), moved.triangles};
+  Model moved_model = model;
+  moved_model.points = points;
+  return {moved_model.points, point_normals(moved_model), moved_model.triangles};
 }
 
 }  // namespace polymorph

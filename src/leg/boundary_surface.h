@@ -29,7 +29,7 @@ struct BoundarySurface {
   std::vector<Ball> balls;           ///< crossfade only: the balls at their present size
   Mesh surface;                      ///< surface of the balls, or its blend with the model
   std::vector<Vec3> points;          ///< points of the model if it shows, else empty
-  std::vector<Vec3> corner_normals;  ///< 3 normals per triangle of the model; empty: its own
+  std::vector<Vec3> corner_normals;  ///< 3 per triangle of the model; empty: the model's own
 };
 /// Computes the meshes of a boundary stage at a moment. Errors: kResource.
 Result<BoundarySurface> boundary_surface(const Leg& leg, const BoundaryMoment& moment,

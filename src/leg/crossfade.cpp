@@ -28,7 +28,8 @@ Vec3 shrink_target(Vec3 point, const std::vector<Ball>& balls, FieldKind kind) {
     const Vec3 d = point - ball.center;
     const float e = log_contribution(ball, kind, d) - max_log_strength;
     if (e < -12) continue;  // weight below exp(-24)
-    // Squares: the far fields of inverse-square balls would pull all points to the middle.
+    // Squares are summed, because the far fields of inverse-square balls would pull all points to
+    // the middle.
     const auto q = static_cast<double>(exp2(2 * kLog2E * e));
     sum += q;
     x += q * static_cast<double>(ball.center.x);

@@ -10,11 +10,11 @@
 namespace polymorph {
 namespace {
 
-/// Progress, from a vessel's own end of the leg, over which it turns into its filled shape, before
-/// the other object tears its walls.
+/// Fade of a vessel (ObjectDistances::is_vessel) into its filled shape, over the progress from its
+/// end of the leg. It ends before the other object tears the vessel's walls.
 constexpr DetailFade kVesselFade = {0, 0.2f};
 
-/// Replaces vessels by their filled shapes: the volume is kept as if they were solid.
+/// Replaces vessels by their filled shapes, so that the volume is kept as if they were solid.
 MorphSurface fill_vessels(const Leg& leg, MorphSurface field) {
   if (leg.from->distances.is_vessel) field.from = field.smooth_from;
   if (leg.to->distances.is_vessel) field.to = field.smooth_to;
@@ -68,7 +68,7 @@ Status extract_between(const Leg& leg, const LevelSearch& search, Engine& engine
   const ObjectDistances &from = leg.from->distances, &to = leg.to->distances;
   const FrameMap& map = state.map;
   MorphSurface& field = surface.field;
-  field = {map.regression, from.grid, to.grid, map.from_scale, map.to_scale, 0};
+  field = {map.regression, from.grid, to.grid, map.from_scale, map.to_scale, /*level=*/0};
   const bool at_an_end = state.time <= 0 || state.time >= 1;
   const bool has_shell = is_shell(from) || is_shell(to);
   // Compressed distances would thicken a shell's walls.
@@ -83,12 +83,13 @@ Status extract_between(const Leg& leg, const LevelSearch& search, Engine& engine
     const double volume = (1 - u) * from.volume + u * to.volume;
     const VolumeGoal goal = {volume, leg.settings.cell, kMaxLevel * object_size(leg, state.u),
                              search.near, search.tolerance};
-    PM_TRY(LevelSurface found, surface_of_volume(engine, fill_vessels(leg, field), map.box,
-                                                 search.cell, search.extract, goal));
+    PM_TRY(LevelSurface level_surface, surface_of_volume(engine, fill_vessels(leg, field), map.box,
+                                                         search.cell, search.extract, goal));
     const float walls = wall_visibility(leg, state.u);
-    field.level = (1 - walls) * (1 - walls) * found.level;
+    // The level fades out as the vessel's walls appear.
+    field.level = (1 - walls) * (1 - walls) * level_surface.level;
     if (walls == 0) {
-      surface.mesh = std::move(found.mesh);
+      surface.mesh = std::move(level_surface.mesh);
       return Ok{};
     }
   } else if (!at_an_end && has_shell) {
@@ -106,23 +107,24 @@ Result<std::vector<float>> sample_distances(const MorphSurface& field,
                                             const std::vector<Vec3>& points, Engine& engine) {
   std::vector<AttributeValues> maps;
   PM_TRY_STATUS(to_status(engine.regress(field.map, points, maps)));
-  MorphField sampled;
+  MorphField host_field;
   // The regression's values already contain the affine maps, so these are set to zero.
-  for (AffineMap& affine : sampled.map.affine) affine = {{Vec3{}, Vec3{}, Vec3{}}, {}};
-  sampled.from = DistanceField(field.from->grid, field.from->values.data());
-  sampled.to = DistanceField(field.to->grid, field.to->values.data());
-  if (field.smooth_from) sampled.from.set_detail(field.smooth_from->values.data(), field.fade_from);
-  if (field.smooth_to) sampled.to.set_detail(field.smooth_to->values.data(), field.fade_to);
-  sampled.from_scale = field.from_scale, sampled.to_scale = field.to_scale;
-  sampled.level = field.level;
-  sampled.inv_range = field.linear_range > 0 ? 1 / field.linear_range : 0;
+  for (AffineMap& affine : host_field.map.affine) affine = {{Vec3{}, Vec3{}, Vec3{}}, {}};
+  host_field.from = DistanceField(field.from->grid, field.from->values.data());
+  host_field.to = DistanceField(field.to->grid, field.to->values.data());
+  if (field.smooth_from)
+    host_field.from.set_detail(field.smooth_from->values.data(), field.fade_from);
+  if (field.smooth_to) host_field.to.set_detail(field.smooth_to->values.data(), field.fade_to);
+  host_field.from_scale = field.from_scale, host_field.to_scale = field.to_scale;
+  host_field.level = field.level;
+  host_field.inv_range = field.linear_range > 0 ? 1 / field.linear_range : 0;
   std::vector<float> values(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     // Per point: the four values of the map to the source, then those of the map to the target.
     const AttributeValues &a = maps[2 * i], &b = maps[2 * i + 1];
     const float both_maps[kRegressionValues] = {a.v[0], a.v[1], a.v[2], a.v[3],
                                                 b.v[0], b.v[1], b.v[2], b.v[3]};
-    values[i] = sampled.value(Points<float>{points[i].x, points[i].y, points[i].z}, both_maps);
+    values[i] = host_field.value(Points<float>{points[i].x, points[i].y, points[i].z}, both_maps);
   }
   return values;
 }

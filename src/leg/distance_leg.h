@@ -22,14 +22,14 @@ FrameMap distance_map(const Leg& leg, float time, const BallSet& balls);
 bool keeps_volume(const Leg& leg);
 
 /// Estimates the level that keeps the volume at the eased progress u, by Catmull-Rom interpolation
-/// of `levels` (DistanceLeg::levels). Returns nothing if there are fewer than three levels.
+/// of `levels` (DistanceLeg::levels). Returns nullopt if there are fewer than three levels.
 std::optional<float> interpolate_level(const std::vector<float>& levels, float u);
 
 /// Settings of the search for a surface and its level.
 struct LevelSearch {
-  float cell = 0;  ///< edge of the cells
+  float cell = 0;  ///< edge of the cells of the surface, scene units
   ExtractSettings extract;
-  /// Estimate of the level; without one it is searched for on larger cells first.
+  /// Estimate of the level; nullopt: it is searched for on larger cells first.
   std::optional<float> near;
   double tolerance = 0.002;  ///< relative to the volume, measured on cells of LegSettings::cell
 };

@@ -18,8 +18,8 @@ double min_component_share(const Leg& leg, float u) {
       leg, [&] { return min_share; },
       [&](const DistanceLeg&) {
         // Fragments that separate between two objects, such as a limb's tip, are left out if they
-        // are much smaller than the smallest component of an object: near an end of the leg, of the
-        // object there; half way, of the object where that component is larger.
+        // are much smaller than the smallest component of an object. Near an end of the leg this is
+        // the object there; half way it is the object whose smallest component is larger.
         constexpr float kNear = 0.1f, kFar = 0.35f;  // eased progress from the nearer end
         if (min_share <= 0) return min_share;
         const double from = leg.from->distances.smallest_component_share,
@@ -36,9 +36,10 @@ void remove_fragments(const Leg& leg, float u, Mesh& surface) {
 }
 
 void remove_fragments(double fraction, const LegSettings& settings, Mesh& surface) {
-  constexpr double kMaxCrumbs = 0.05;  // interchange/play.html has the same constant
+  // Fraction of the volume; interchange/play.html has the same constant.
+  constexpr double kMaxFragments = 0.05;
   remove_small_components(surface, fraction,
-                          {kMaxCrumbs, static_cast<double>(settings.min_component_share)});
+                          {kMaxFragments, static_cast<double>(settings.min_component_share)});
 }
 
 double min_fragment_share(double smallest) {

@@ -1,8 +1,8 @@
 // Leg of a morph: two objects, the plan between them, and the kind of surface in between.
 // leg/leg_surface.h evaluates that surface at a time.
 //
-// A leg's motion runs over the time in [0, 1]. The eased progress u in [0, 1] is how far the balls
-// have moved at a time on average (morph/motion.h: progress_at).
+// A leg's motion runs over the time in [0, 1]. The eased progress u in [0, 1] is the mean of the
+// balls' eased times at a time (morph/motion.h: progress_at).
 #pragma once
 
 #include <memory>
@@ -19,7 +19,7 @@
 
 namespace polymorph {
 
-/// Leg whose surface is that of the moving balls' field.
+/// Leg whose surface is a level set of the moving balls' field.
 struct BallLeg {};
 
 /// Leg whose surface is the zero set of a mixture of both objects' signed distances, with smooth
@@ -44,7 +44,8 @@ struct Leg {
   std::variant<BallLeg, DistanceLeg> kind;
 };
 
-/// Calls the function for the leg's kind.
+/// Calls on_balls() for a leg of balls, or on_distances(DistanceLeg) for a leg made of distances,
+/// and returns the result.
 template <class OnBalls, class OnDistances>
 auto visit(const Leg& leg, const OnBalls& on_balls, const OnDistances& on_distances) {
   const auto* distances = std::get_if<DistanceLeg>(&leg.kind);
@@ -62,9 +63,9 @@ struct LegState {
 /// The surface of a leg at a time.
 struct LegSurface {
   LegState state;
-  float iso = 1;  ///< level of the balls' field that the mesh shows
+  float iso = 1;  ///< level of the balls' field that the mesh shows; 1 if made of distances
   Mesh mesh;
-  MorphSurface field;  ///< field whose zero set is the mesh, if the leg is made of distances
+  MorphSurface field;  ///< field whose zero set is the mesh; empty unless made of distances
 };
 
 /// Computes the fraction of the volume below which a component of the leg's surface is left out, at

@@ -18,7 +18,7 @@ Result<float> volume_iso(const Leg& leg, const LegState& state, Engine& engine) 
     const LegSettings& settings = leg.settings;
     const auto u = static_cast<double>(state.u);
     const double volume = (1 - u) * leg.from->ball_volume + u * leg.to->ball_volume;
-    // Most of the search runs on cells twice as large, which cost a fourth.
+    // Most of the search runs on cells twice as large, which cost a fourth of the time.
     PM_TRY(const float near,
            iso_for_volume(engine, state.balls, {volume, 2 * settings.cell, settings.measured}));
     return iso_for_volume(engine, state.balls, {volume, settings.cell, settings.measured}, near);
@@ -68,7 +68,7 @@ Result<LegSurface> leg_surface(const Leg& leg, float time, Engine& engine) {
 }
 
 void cut_superfluous_handles(std::int64_t genus, float size, Mesh& surface) {
-  constexpr float kMaxLength = 0.15f;  // of the loop around a handle, relative to the objects' size
+  constexpr float kMaxLength = 0.15f;  // of the loop around a handle that is cut, over `size`
   cut_handles(surface, genus, kMaxLength * size);
 }
 
@@ -95,12 +95,12 @@ Result<PullBack> pull_back(const Leg& leg, const LegState& state, const std::vec
 
 Result<Flow> flow_until(const Leg& leg, const LegState& state, LegMoment next,
                         const std::vector<Vec3>& points, Engine& engine) {
-  const PlanMoment now = {leg.plan, state.time}, then = {next.leg.plan, next.time};
+  const PlanMoment now = {leg.plan, state.time}, next_moment = {next.leg.plan, next.time};
   return visit(
-      leg, [&] { return flow_at(now, then, state.balls, points, engine); },
+      leg, [&] { return flow_at(now, next_moment, state.balls, points, engine); },
       [&](const DistanceLeg&) {
         const float size = object_size(leg, progress_at(leg.plan, state.time));
-        return flow_at(now, then, state.balls, size, points, engine);
+        return flow_at(now, next_moment, state.balls, size, points, engine);
       });
 }
 

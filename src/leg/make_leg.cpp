@@ -94,6 +94,7 @@ Result<PreparedObject> make_flight_object(const Leg& leg, bool with_distances, E
   object.name = fmt::format("{} -> {} at {:.3g}", leg.from->name, leg.to->name, leg.until);
   object.meta = true;
   object.balls = rescale_balls(last_surface.state.balls.balls(), leg.plan.kind, last_surface.iso);
+  // The surface of the balls or, in a leg made of distances, the leg's own.
   PM_TRY(const Mesh mesh,
          visit(
              leg,
@@ -111,15 +112,16 @@ Result<PreparedObject> make_flight_object(const Leg& leg, bool with_distances, E
   object.model.triangles = mesh.triangles;
   if (with_distances) {
     object.closest = object.outer = std::make_shared<const ClosestPointQuery>(object.model);
-    const DistanceMeasure measure = {leg.settings.cell, 0,
-                                     static_cast<double>(leg.settings.min_component_share), false};
+    const DistanceMeasure measure = {leg.settings.cell, /*thinnest=*/0,
+                                     static_cast<double>(leg.settings.min_component_share),
+                                     /*solidified=*/false};
     PM_TRY(object.distances, measure_distances(object, measure, engine, cache));
   }
   add_flight_labels(leg, last_surface.state.u, object);
-  const std::vector<Vec3> places =
+  const std::vector<Vec3> positions =
       landmark_positions(leg.plan, leg.until, last_surface.state.balls);
-  for (std::size_t l = 0; l < places.size(); ++l)
-    object.landmarks[leg.landmark_names[l]] = places[l];
+  for (std::size_t l = 0; l < positions.size(); ++l)
+    object.landmarks[leg.landmark_names[l]] = positions[l];
   return object;
 }
 

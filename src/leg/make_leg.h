@@ -19,20 +19,20 @@ struct LegParts {
   MorphPlan plan;
   std::shared_ptr<const Leg> before;             ///< Leg::before
   std::vector<std::string> landmark_names = {};  ///< one per landmark of the plan
-  /// leg_pace() (morph/timeline.h) of `before` over that of this leg.
+  /// leg_pace() (morph/timeline.h) of `before`, divided by this leg's.
   double pace = 1;
 };
 
-/// Makes a leg of the kind timing.interpolation. A leg made of distances is paced (leg/pacing.h) if
-/// its balls share one eased time (morph/motion.h: move_together). `cache`: folder of cache files;
-/// may be empty. Errors: the engine's.
+/// Makes a leg of balls or of distances, by timing.interpolation. A leg made of distances is paced
+/// (leg/pacing.h) if its balls share one eased time (morph/motion.h: move_together). `cache`:
+/// folder of cache files; may be empty. Errors: the engine's.
 Result<std::shared_ptr<const Leg>> make_leg(LegParts parts, const LegTiming& timing,
                                             const LegSettings& settings, Engine& engine,
                                             const std::filesystem::path& cache);
 
-/// Makes the leg between the objects of `reference` in other poses. Their balls must be those of
-/// the reference, carried to the poses (spheres/carry_balls.h). Plan, pacing and levels are those
-/// of the reference.
+/// Makes the leg between the objects of `reference` in other poses. Their balls must be the
+/// reference's, carried to the poses (spheres/carry_balls.h). The reference's plan is adapted
+/// (morph/posed_plan.h); its pacing and levels are kept.
 std::shared_ptr<const Leg> pose_leg(const Leg& reference,
                                     std::shared_ptr<const PreparedObject> from,
                                     std::shared_ptr<const PreparedObject> to);

@@ -18,10 +18,11 @@ constexpr std::size_t kFoldPoints = 4000;
 /// Step of the differences, in cells of the map's lattice. It is short, so that the points of a
 /// difference mostly lie in one piece of the spline.
 constexpr float kStepInCells = 0.25f;
-/// Minimum fraction of points that landmarks fold. Fewer are single points where the map nearly
-/// folds without landmarks.
+/// Minimum fraction of points that landmarks fold. A smaller fraction consists of single points
+/// where the map nearly folds even without landmarks.
 constexpr double kMinFoldedShare = 1e-3;
 
+/// Selects evenly spaced points of the list, about kFoldPoints.
 std::vector<Vec3> select_points(const std::vector<Vec3>& points) {
   const std::size_t stride = std::max<std::size_t>(1, points.size() / kFoldPoints);
   std::vector<Vec3> selection;
@@ -35,6 +36,7 @@ Result<std::vector<std::uint8_t>> find_folds(const std::shared_ptr<const Regress
                                              std::span<const std::size_t> maps,
                                              const std::vector<Vec3>& points, float step,
                                              Engine& engine) {
+  // Each point and its neighbours along x, y and z.
   std::vector<Vec3> stencil;
   for (const Vec3 p : points)
     for (const Vec3 d : {Vec3{0, 0, 0}, Vec3{step, 0, 0}, Vec3{0, step, 0}, Vec3{0, 0, step}})
@@ -61,6 +63,7 @@ Result<std::string> describe_fold(const Leg& leg, Engine& engine) {
   if (!is_distance_leg || leg.plan.landmarks.empty()) return std::string();
   std::size_t folded_count = 0, point_count = 0;
   std::map<std::string, std::size_t> nearest;  // number of folded points by their nearest landmark
+  // Test points of the source's model, of the surface half way, and of the target's model.
   for (const float time : {0.0f, 0.5f, 1.0f}) {
     PM_TRY(const LegState state, leg_state(leg, time, engine));
     std::vector<Vec3> points;
@@ -70,26 +73,28 @@ Result<std::string> describe_fold(const Leg& leg, Engine& engine) {
     } else {
       points = select_points((time == 0 ? leg.from : leg.to)->model.points);
     }
-    auto plain = std::make_shared<Regression>(*state.map.regression);
-    plain->landmarks.clear();
-    const float step = kStepInCells * plain->lattice.cell;
+    // Count the points that the map folds, but not the map without landmarks.
+    auto without_landmarks = std::make_shared<Regression>(*state.map.regression);
+    without_landmarks->landmarks.clear();
+    const float step = kStepInCells * without_landmarks->lattice.cell;
     constexpr std::array<std::size_t, 2> kBoth{0, 1};
     PM_TRY(const auto folded, find_folds(state.map.regression, kBoth, points, step, engine));
-    PM_TRY(const auto folded_without, find_folds(plain, kBoth, points, step, engine));
+    PM_TRY(const auto folded_without, find_folds(without_landmarks, kBoth, points, step, engine));
     const std::vector<Vec3> places = landmark_positions(leg.plan, time, state.balls);
     point_count += points.size();
     for (std::size_t i = 0; i < points.size(); ++i) {
       if (!folded[i] || folded_without[i]) continue;
       ++folded_count;
-      const auto near = std::min_element(places.begin(), places.end(), [&](Vec3 a, Vec3 b) {
-        return length(a - points[i]) < length(b - points[i]);
-      });
-      ++nearest[leg.landmark_names[static_cast<std::size_t>(near - places.begin())]];
+      const auto nearest_place = std::min_element(
+          places.begin(), places.end(),
+          [&](Vec3 a, Vec3 b) { return length(a - points[i]) < length(b - points[i]); });
+      ++nearest[leg.landmark_names[static_cast<std::size_t>(nearest_place - places.begin())]];
     }
   }
   const double folded_fraction =
       static_cast<double>(folded_count) / static_cast<double>(point_count);
   if (!(folded_fraction > kMinFoldedShare)) return std::string();
+  // Name the landmark that is nearest to most folded points.
   const auto worst =
       std::max_element(nearest.begin(), nearest.end(),
                        [](const auto& a, const auto& b) { return a.second < b.second; });

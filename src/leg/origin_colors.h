@@ -14,8 +14,8 @@
 namespace polymorph {
 
 /// Traces points of the last leg's surface at `state` back to the source of the first leg. `legs`:
-/// one or more; each but the first has the previous one as its Leg::before, or begins at that one's
-/// target. Errors: the engine's.
+/// one or more. Each leg but the first has the previous leg as its Leg::before, or begins at the
+/// previous leg's target. Errors: the engine's.
 Result<std::vector<Vec3>> trace_back(std::span<const std::shared_ptr<const Leg>> legs,
                                      const LegState& state, std::vector<Vec3> points,
                                      Engine& engine);

@@ -28,19 +28,19 @@ struct LegSettings {
   int resolution = 0;        ///< number of cells along the longest side of the actor's box
   ExtractSettings measured;  ///< extraction of surfaces that volumes and levels are measured on
   ExtractSettings shown;     ///< extraction of the surfaces that frames show
-  float min_component_share = 0;  ///< share of the volume below which components are left out
+  float min_component_share = 0;  ///< fraction of the volume; smaller components are left out
   /// True if objects keep their own colours and at least one object has several.
   bool has_colors = false;
   bool contact = false;  ///< keeps the surface on the floor if both objects stand on it
 };
 
-/// An object of the chain. Or balls in flight: the balls of a leg that is left before its end, at
+/// An object of the chain, or balls in flight: the balls of a leg that is left before its end, at
 /// the time at which the next leg takes over (leg/make_leg.h: make_flight_object).
 struct PreparedObject {
   std::string name;
   Model model;         ///< balls in flight: their surface, without materials
   Transform to_scene;  ///< takes the coordinates of the model's file into the scene
-  bool meta = false;   ///< shown as balls only, never as its own mesh
+  bool meta = false;   ///< true: shown as balls only, never as its own mesh
   /// Azimuth of the front, radians from +z towards +x, if the scene sets it.
   std::optional<double> front;
   /// Number of balls still to be fitted (Fits::kCached, sequence/prepare/prepared_scene.h).
@@ -51,11 +51,12 @@ struct PreparedObject {
   std::vector<std::uint32_t> ball_labels;    ///< one per ball: index into model.label_names
   std::vector<std::uint32_t> label_numbers;  ///< one per label: index into the actor's label_names
   std::map<std::string, Vec3> landmarks;     ///< points on the surface, by name
-  double ball_volume = 0;                    ///< enclosed by the balls' surface
-  float field_maximum = 1;                   ///< find_field_maximum() of the balls
-  std::shared_ptr<const ClosestPointQuery> closest;  ///< closest points of all faces
-  std::shared_ptr<const ClosestPointQuery> outer;    ///< closest points of list_outer_faces()
-  std::vector<std::uint32_t> charts;                 ///< find_texture_charts() (model/transfer.h)
+  double ball_volume = 0;                    ///< volume enclosed by the balls' surface
+  float field_maximum = 1;                   ///< find_field_maximum() (field/level.h) of the balls
+  std::shared_ptr<const ClosestPointQuery>
+      closest;  ///< closest points of all faces; null: not needed
+  std::shared_ptr<const ClosestPointQuery> outer;  ///< closest points of list_outer_faces()
+  std::vector<std::uint32_t> charts;               ///< find_texture_charts() (model/transfer.h)
   /// The model's colours without their detail; null if it has one colour or a common look.
   std::shared_ptr<const ColorVolume> colors;
   BoundaryStage boundary;     ///< empty for a meta-object and between legs made of distances

@@ -14,7 +14,8 @@
 namespace polymorph {
 namespace {
 
-/// Estimates the distance to the surface to first order, positive inside.
+/// Estimates the distance to the surface to first order, positive inside: value over slope. 1e30:
+/// the field has no slope.
 float first_order_distance(const LogField& field) {
   const float slope = length(field.gradient);
   return slope > 0 ? static_cast<float>(field.value) / slope : 1e30f;
@@ -28,14 +29,15 @@ std::optional<Vec3> root_along(const NearBalls& balls, std::span<const std::uint
   // Search outwards from inside, inwards from outside; then the other way, if a bulge hides the
   // root.
   constexpr int kRootSteps = 12;
-  for (const float side : {inside ? 1.0f : -1.0f, inside ? -1.0f : 1.0f}) {
+  for (const float sign : {inside ? 1.0f : -1.0f, inside ? -1.0f : 1.0f}) {
     float near = 0;
     for (int i = 1; i <= kRootSteps; ++i) {
-      const float distance = side * max_distance * static_cast<float>(i) / kRootSteps;
+      const float distance = sign * max_distance * static_cast<float>(i) / kRootSteps;
       if ((at(distance) > 0) == inside) {
         near = distance;
         continue;
       }
+      // Bisection: `a` is on the side of p, `b` on the other.
       float a = near, b = distance;
       for (int step = 0; step < 14; ++step) {
         const float middle = (a + b) / 2;
@@ -60,7 +62,7 @@ Vec3 root_along_gradient(const NearBalls& balls, std::span<const std::uint32_t> 
     const Vec3 next = x - field.gradient * (step_length / slope);
     if (length(next - p) > 2 * max_distance) break;
     x = next;
-    if (std::abs(distance) < 1e-4f * max_distance) break;
+    if (std::abs(distance) < 1e-4f * max_distance) break;  // converged
   }
   return x;
 }
@@ -118,10 +120,12 @@ double arrived_share(const Model& model, const Projection& projection,
 Projection project_model(const Model& model, const InsideTest& inside,
                          std::span<const Ball> leg_balls, FieldKind kind) {
   const Box box = model.box();
+  // Maximum distances of a point from its projection, and of an arrived point from the surface.
   const float size = box.diagonal(), max_distance = 0.05f * size, near = 0.005f * size;
   const NearBalls balls(leg_balls, kind);
   const std::vector<Vec3> normals = point_normals(model);
-  const std::vector<std::uint8_t> boundary = find_boundary(model, normals, inside, 2e-4f * size);
+  const std::vector<std::uint8_t> boundary =
+      find_boundary(model, normals, inside, /*step=*/2e-4f * size);
   // In Morton order, consecutive points have the same balls nearby.
   std::vector<std::pair<std::uint64_t, std::uint32_t>> order(model.points.size());
   for (std::size_t i = 0; i < order.size(); ++i)
@@ -130,6 +134,7 @@ Projection project_model(const Model& model, const InsideTest& inside,
   std::vector<Vec3> sorted(order.size());
   for (std::size_t i = 0; i < order.size(); ++i) sorted[i] = model.points[order[i].second];
 
+  // Points inside the solid stay, so projections start as the model's points and normals.
   Projection projection;
   projection.points = model.points;
   projection.normals = normals;

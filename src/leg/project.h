@@ -17,10 +17,10 @@ struct Projection {
   double arrived = 0;         ///< share of the visible area whose triangles arrive, [0, 1]
 };
 
-/// Projects each point to where the field is 1: along its normal, by at most 5 % of the model's
-/// diagonal; or else along the field's gradient. Points inside the solid, where parts overlap,
-/// stay; triangles without such points are visible. A triangle arrives if its corners and its
-/// centroid end at most 0.5 % of the model's diagonal from the surface.
+/// Projects each point of the model to where the field is 1: along the point's normal, by at most
+/// 0.05 of the model's diagonal, or else along the field's gradient. Points inside the solid, where
+/// parts overlap, stay; triangles without such points are visible. A triangle arrives if its
+/// corners and its centroid end at most 0.005 of the model's diagonal from the surface.
 Projection project_model(const Model& model, const InsideTest& inside, std::span<const Ball> balls,
                          FieldKind kind);
 

@@ -78,8 +78,8 @@ struct EndMap {
   }
 };
 
-/// For each sample, the vector from its image to the closest point of the other surface, and
-/// whether that point is near and the normals agree.
+/// For each sample, the vector from its image to the closest point of the other surface, scene
+/// units, and whether that point is near and the normals agree (1, else 0).
 struct Residuals {
   std::vector<Vec3> vectors;
   std::vector<std::uint8_t> agrees;
@@ -97,13 +97,13 @@ Result<Residuals> find_residuals(const EndMap& map, const Surface& own, const Su
   PM_TRY(const std::vector<Vec3> carried, map.carry(points, engine));
   std::vector<Vec3> targets;
   for (std::size_t i = 0; i < carried.size(); i += 2) targets.push_back(carried[i]);
-  const std::vector<ClosestPoint> hits = closest.closest(targets);
+  const std::vector<ClosestPoint> closest_points = closest.closest(targets);
   Residuals residuals;
   for (std::size_t i = 0; i < targets.size(); ++i) {
     const Vec3 normal = normalized(carried[2 * i + 1] - carried[2 * i]);
-    const bool agrees = hits[i].distance < kMaxDistance * map.size &&
-                        dot(normal, other.normals[hits[i].triangle]) > kMinCosine;
-    residuals.vectors.push_back(hits[i].point - targets[i]);
+    const bool agrees = closest_points[i].distance < kMaxDistance * map.size &&
+                        dot(normal, other.normals[closest_points[i].triangle]) > kMinCosine;
+    residuals.vectors.push_back(closest_points[i].point - targets[i]);
     residuals.agrees.push_back(agrees ? 1 : 0);
     residuals.agreeing += agrees ? 1 : 0;
   }
@@ -112,7 +112,7 @@ Result<Residuals> find_residuals(const EndMap& map, const Surface& own, const Su
 
 /// Moves each pair's offset by the mean of the residuals around its ball.
 void move_offsets(const Surface& own, const Residuals& residuals, EndMap& map) {
-  constexpr float kInertia = 0.5f;  // damps balls with few samples nearby
+  constexpr float kInertia = 0.5f;  // weight of a residual 0: damps balls with few samples nearby
   const float radius = kRadius * map.size;
   std::vector<Vec3>& offsets = map.offsets();
   parallel_for(
@@ -135,8 +135,9 @@ void move_offsets(const Surface& own, const Residuals& residuals, EndMap& map) {
       16);
 }
 
-/// Halves the offsets around the points at which they fold the map, until the map folds only at the
-/// points of `folded`, where it folds without offsets. After kMaxHalvings these offsets become 0.
+/// Halves the offsets around the points at which they fold the map, until it folds only at the
+/// points of `folded`, at which it folds without offsets. Offsets that still fold the map after
+/// kMaxHalvings become 0.
 Status unfold(EndMap& map, const std::vector<Vec3>& points, const std::vector<std::uint8_t>& folded,
               Engine& engine) {
   const float radius = kRadius * map.size;
@@ -179,8 +180,8 @@ Result<Registration> register_surfaces(const Leg& leg, Engine& engine) {
   PM_TRY(const Surface from, make_surface(*leg.from, leg.settings, engine));
   PM_TRY(const Surface to, make_surface(*leg.to, leg.settings, engine));
   Registration registration;
-  PM_TRY(registration.to_offsets, register_map(EndMap(leg, 0), from, to, engine));
-  PM_TRY(registration.from_offsets, register_map(EndMap(leg, 1), to, from, engine));
+  PM_TRY(registration.to_offsets, register_map(EndMap(leg, /*end=*/0), from, to, engine));
+  PM_TRY(registration.from_offsets, register_map(EndMap(leg, /*end=*/1), to, from, engine));
   return registration;
 }
 

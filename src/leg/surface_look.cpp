@@ -16,12 +16,12 @@ float smoothstep(float low, float high, float x) {
   return t * t * (3.0f - 2.0f * t);
 }
 
-/// Mixes the leg's colours without detail over those of the legs before it. `is_last`: no other leg
-/// follows.
+/// Mixes the leg's colours without detail over the colours of the legs before it. `is_last`: no
+/// other leg follows.
 void fade_colors(const Leg& leg, const PullBack& pulled, const ColorFade& fade, bool is_last,
                  SurfaceLook& look) {
   if (!leg.settings.has_colors) return;
-  // The weight of the detail: that of the layers below fades as the source's does.
+  // Weight of the detail. The detail of the layers below fades as the source's detail does.
   const float detail = (1 - look.color_opacity) * fade.source + fade.target;
   look.color_opacity = 1 - detail;
   if (is_last && detail >= 1) {  // the detail covers these colours
@@ -65,7 +65,8 @@ Status add_look(const Leg& leg, float time, const LegOrigins& origins, bool is_l
   if (leg.before && fade.color < 1) {
     PM_TRY(const LegState handover, leg_state(*leg.before, leg.before->until, target.engine));
     PM_TRY(const PullBack earlier, pull_back(*leg.before, handover, pulled.source, target.engine));
-    PM_TRY_STATUS(add_look(*leg.before, handover.time, {earlier, {}, {}}, false, target));
+    PM_TRY_STATUS(
+        add_look(*leg.before, handover.time, {earlier, {}, {}}, /*is_last=*/false, target));
   } else if (fade.color < 1) {
     layers.push_back(object_layer(leg.from, target.triangles, {pulled.source, origins.source}));
   }
@@ -108,8 +109,8 @@ std::vector<ClosestPoint> add_end_normals(const EndNormals& end, std::vector<Vec
         // Normals transform from the object to the surface by the transposed map.
         const Vec3 shading =
             normalized(end.map.rows[0] * n.x + end.map.rows[1] * n.y + end.map.rows[2] * n.z);
-        // The normal stays where the surface differs from the model: at edges, in filled gaps.
-        if (dot(shading, normals[i]) > 0.8f)
+        // Where the surface differs from the model, at edges and in filled gaps, the normal stays.
+        if (dot(shading, normals[i]) > 0.8f)  // within 37 degrees
           normals[i] = normalized(lerp(normals[i], shading, end.weight));
       },
       256);
@@ -141,7 +142,7 @@ Result<SurfaceLook> leg_look(const Leg& leg, bool own_look, LegSurface& surface,
          leaving ? pulled.source : pulled.target, weight},
         mesh.normals);
   }
-  if (has_look) PM_TRY_STATUS(add_look(leg, surface.state.time, origins, true, target));
+  if (has_look) PM_TRY_STATUS(add_look(leg, surface.state.time, origins, /*is_last=*/true, target));
   return std::move(target.look);
 }
 

@@ -20,7 +20,7 @@ struct ColorFade {
   float color;           ///< weight of the target in the colours without detail
   float source, target;  ///< weight of each object's detail
 };
-/// Computes these weights at the eased progress u.
+/// Computes the weights at the eased progress u.
 ColorFade color_fade(float u);
 
 /// An object's materials, transferred to a surface.
@@ -52,13 +52,13 @@ Vec3 plain_color(const PreparedObject& object, Vec3 at);
 /// Input of add_end_normals(): a surface that is nearly the model of `object`.
 struct EndNormals {
   const PreparedObject& object;
-  const AffineMap& map;              ///< linear part of the map from the surface to the object
+  const AffineMap& map;              ///< map from the surface to the object; only its rows are used
   const std::vector<Vec3>& origins;  ///< the surface's points, mapped to the object
   float weight = 1;                  ///< weight of the model's normals
 };
 /// Mixes the model's own normals into those of the surface. Without them a smoothly shaded model
-/// would show its faces as soon as it moves. Returns the model's points closest to the origins;
-/// nothing if the model has no normals of its own.
+/// would show its faces as soon as it moves. Returns the model's points closest to the origins; an
+/// empty list if the model has no normals of its own.
 std::vector<ClosestPoint> add_end_normals(const EndNormals& end, std::vector<Vec3>& normals);
 
 /// Computes EndNormals::weight. `distance`: eased progress between the surface and the end of the
@@ -66,8 +66,8 @@ std::vector<ClosestPoint> add_end_normals(const EndNormals& end, std::vector<Vec
 float end_normals_weight(float distance);
 
 /// Computes the look of a leg's surface from the positions of its points on both objects; empty
-/// unless `own_look`. Near an end of the leg, mixes the normals of the model there into those of
-/// the surface (add_end_normals()). Errors: the engine's.
+/// unless `own_look`. Near an end of the leg, mixes the normals of the model there into the
+/// surface's (add_end_normals()). Errors: the engine's.
 Result<SurfaceLook> leg_look(const Leg& leg, bool own_look, LegSurface& surface, Engine& engine);
 
 }  // namespace polymorph

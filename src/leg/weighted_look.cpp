@@ -21,7 +21,7 @@ std::size_t find_heaviest(const Mixture& mixture) {
 std::vector<float> color_shares(std::span<const float> weights) {
   std::vector<float> shares;
   for (std::size_t i = 0; i < weights.size(); ++i) {
-    float other = 0;
+    float other = 0;  // the largest weight of another object
     for (std::size_t j = 0; j < weights.size(); ++j)
       if (j != i) other = std::max(other, weights[j]);
     shares.push_back(weights[i] > 0 ? color_fade(weights[i] / (weights[i] + other)).color : 0);
@@ -49,6 +49,7 @@ SurfaceLook weighted_look(const PulledMixture& pulled, std::span<const Triangle>
   const std::vector<float> shares = color_shares(weights);
   const std::size_t heaviest = find_heaviest(mixture);
   SurfaceLook look;
+  // Sums over the objects so far: of their shares, and of the weights of their detail.
   float weight_sum = 0, detail = 0;
   for (std::size_t i = 0; i < shares.size(); ++i) {
     detail += color_fade(weights[i]).target;

@@ -13,14 +13,16 @@
 namespace polymorph {
 
 /// Computes the weight of each object in a mixture's colours from the objects' weights in the
-/// mixture; the sum is 1. For two objects it is ColorFade::color, and 1 minus that.
+/// mixture; the sum is 1. With two objects, the second object's weight is ColorFade::color
+/// (leg/surface_look.h).
 std::vector<float> color_shares(std::span<const float> weights);
 
 /// The positions of a mixture's surface points on each of its objects.
 struct PulledMixture {
   const Mixture& mixture;                 ///< borrowed
   std::vector<std::vector<Vec3>> places;  ///< [object of the mixture][surface point]
-  /// Closest points of the object with the largest weight, as in Origins.
+  /// Origins::closest (model/transfer.h) of the object with the largest weight; empty until
+  /// blend_weighted_normals() sets it.
   std::vector<ClosestPoint> closest;
 };
 /// Maps the surface's points to all objects of the mixture. Errors: the engine's.
@@ -31,7 +33,7 @@ Result<PulledMixture> pull_mixture_back(const Mixture& mixture, const WeightedSu
 /// object's detail; otherwise it mixes the objects' colours without detail.
 SurfaceLook weighted_look(const PulledMixture& pulled, std::span<const Triangle> triangles);
 
-/// If one object has nearly all the weight, mixes its model's normals into those of the surface
+/// If one object has nearly all the weight, mixes its model's normals into the surface's
 /// (add_end_normals()) and sets pulled.closest.
 void blend_weighted_normals(PulledMixture& pulled, Mesh& surface);
 

@@ -18,7 +18,7 @@
 namespace polymorph {
 namespace {
 
-/// Margin around the mixture, as a fraction of the objects' size.
+/// Margin of Mixture::box, as a fraction of the mixture's size.
 constexpr float kMixtureMargin = 0.12f;
 
 Mat3 scale_matrix(Mat3 a, double factor) {
@@ -36,7 +36,7 @@ struct MixtureInput {
 
 /// Maps the source's balls to a leg's target, by the leg's map at its start.
 Result<std::vector<Vec3d>> map_balls_to_target(const Leg& leg, Engine& engine) {
-  PM_TRY(const LegState start, leg_state(leg, 0, engine));
+  PM_TRY(const LegState start, leg_state(leg, /*time=*/0, engine));
   std::vector<Vec3> points;
   for (const Ball& ball : leg.plan.from) points.push_back(ball.center);
   PM_TRY(const PullBack carried, pull_back(leg, start, points, engine));
@@ -87,33 +87,36 @@ void mix_balls(const MorphPlan& plan, const std::vector<MixtureInput>& inputs, V
   const MeanSimilarity& mean = mixture.mean;
   const double scale = exp_scalar(mean.log_scale);
   const float margin = kMixtureMargin * mixture.size;
+  // The box starts as the weighted mean of the objects' boxes; the balls then extend it.
   Vec3 low, high;
   for (const MixtureInput& input : inputs) {
     const Box box = input.object->model.box();
     const auto weight = static_cast<float>(input.weight);
     low = low + weight * box.low, high = high + weight * box.high;
   }
-  const auto widened = [](Box box, float width) {
+  const auto widen = [](Box box, float width) {
     return Box{box.low - Vec3{width, width, width}, box.high + Vec3{width, width, width}};
   };
-  mixture.box = widened({low, high}, margin);
+  mixture.box = widen({low, high}, margin);
   const std::vector<Ball>& balls = plan.from;
   for (std::size_t b = 0; b < balls.size(); ++b) {
-    Vec3d place;
+    Vec3d offset;
     for (const MixtureInput& input : inputs) {
       const Mat3 inv_rotation = transposed(exp_rotation(input.similarity.turn));
       const double weighted_inv_scale = exp_scalar(-input.similarity.log_scale) * input.weight;
-      place = place +
-              (inv_rotation * (input.places[b] - input.similarity.to_center)) * weighted_inv_scale +
-              (input.similarity.from_center - middle) * input.weight;
+      offset =
+          offset +
+          (inv_rotation * (input.places[b] - input.similarity.to_center)) * weighted_inv_scale +
+          (input.similarity.from_center - middle) * input.weight;
     }
-    const Vec3 at = to_float(mean.center + (mean.rotation * place) * scale);
-    const double ball_part = ball_kernel_deviation(balls[b], scale),
-                 map_part = static_cast<double>(static_cast<float>(kMapDeviation) * mixture.size);
-    mixture.samples.push_back(
-        {at, std::max(static_cast<float>(plan.from_masses[b]), 1e-6f),
-         static_cast<float>(std::sqrt(map_part * map_part + ball_part * ball_part))});
-    mixture.box = unite(mixture.box, widened({at, at}, 0.5f * margin));
+    const Vec3 position = to_float(mean.center + (mean.rotation * offset) * scale);
+    const double ball_deviation = ball_kernel_deviation(balls[b], scale),
+                 map_deviation =
+                     static_cast<double>(static_cast<float>(kMapDeviation) * mixture.size);
+    mixture.samples.push_back({position, std::max(static_cast<float>(plan.from_masses[b]), 1e-6f),
+                               static_cast<float>(std::sqrt(map_deviation * map_deviation +
+                                                            ball_deviation * ball_deviation))});
+    mixture.box = unite(mixture.box, widen({position, position}, 0.5f * margin));
   }
 }
 
@@ -162,12 +165,12 @@ MixedObject make_mixed_object(const MixtureInput& input, const Mixture& mixture)
 }
 
 /// Computes the weights of the objects' distances: smoothstep of the objects' weights, divided by
-/// their sum. With it the surface starts and arrives slowly, as it does between two objects.
+/// their sum. These weights let the surface start and arrive slowly, as between two objects.
 std::vector<float> distance_shares(const std::vector<MixedObject>& objects) {
   std::vector<float> shares;
   for (const MixedObject& mixed : objects) shares.push_back(polymorph::smoothstep(mixed.weight));
-  const float all = std::accumulate(shares.begin(), shares.end(), 0.0f);
-  for (float& share : shares) share /= all;
+  const float sum = std::accumulate(shares.begin(), shares.end(), 0.0f);
+  for (float& share : shares) share /= sum;
   return shares;
 }
 
@@ -183,7 +186,7 @@ float find_level(const DistanceGrid& field, double volume, float limit) {
     return cells * cell * cell * cell;
   };
   float low = -limit, high = limit;
-  for (int i = 0; i < 12; ++i) {
+  for (int i = 0; i < 12; ++i) {  // to 1/4096 of the interval
     const float level = 0.5f * (low + high);
     (enclosed(level) > volume ? low : high) = level;
   }
@@ -238,10 +241,11 @@ void for_each_point(const Grid& grid, const Function& function) {
 }
 
 /// Evaluates the field on a grid. Where it is far from the level, only its sign counts, and it is
-/// interpolated on a coarser grid.
+/// interpolated on a coarser grid. `volume`: volume that the level keeps.
 Result<std::vector<float>> fill_grid(const Grid& grid, const Mixture& mixture, double volume,
                                      Engine& engine) {
   const std::vector<float> shares = distance_shares(mixture.objects);
+  // Evaluate the field on the coarse grid, and estimate the level.
   DistanceGrid coarse{coarsen(grid), {}};
   std::vector<Vec3> points;
   for_each_point(coarse.grid, [&](Int3 at) { points.push_back(grid_point(coarse.grid, at)); });
@@ -249,11 +253,12 @@ Result<std::vector<float>> fill_grid(const Grid& grid, const Mixture& mixture, d
   const float level =
       mixture.keeps_volume ? find_level(coarse, volume, kMaxLevel * mixture.size) : 0;
   // The field's slope is at most 2, and a point is at most half a coarse cell's diagonal (0.87
-  // cells) from the nearest corner, so that their values differ by at most 1.73 cells. The rest of
-  // the range is for the error of `level`.
+  // cells) from the nearest corner, so that their values differ by at most 1.73 cells. The
+  // remaining 0.77 cells allow for the error of `level`.
   const float range = 2.5f * coarse.grid.cell;
+  // Interpolate it on the fine grid, and list the points near the level.
   std::vector<float> values(array3_count(grid.points));
-  std::vector<std::size_t> near;
+  std::vector<std::size_t> near_indices;
   points.clear();
   for_each_point(grid, [&](Int3 at) {
     const Int3 cell{at.x / kStride, at.y / kStride, at.z / kStride};
@@ -274,11 +279,12 @@ Result<std::vector<float>> fill_grid(const Grid& grid, const Mixture& mixture, d
     const std::size_t index = array3_index(grid.points, at);
     values[index] = value;
     if (min_difference >= range) return;
-    near.push_back(index);
+    near_indices.push_back(index);
     points.push_back(grid_point(grid, at));
   });
+  // Evaluate the field at these points.
   PM_TRY(const std::vector<float> exact, sample_field(mixture, shares, points, engine));
-  for (std::size_t i = 0; i < near.size(); ++i) values[near[i]] = exact[i];
+  for (std::size_t i = 0; i < near_indices.size(); ++i) values[near_indices[i]] = exact[i];
   return values;
 }
 
@@ -343,29 +349,30 @@ Result<ShapeSpace> make_shape_space(std::vector<std::shared_ptr<const Leg>> legs
 Result<Mixture> mix_objects(const ShapeSpace& space, std::span<const float> weights) {
   PM_CHECK(weights.size() == space.places.size());
   const Leg& first = *space.legs.front();
-  double all = 0;
+  double sum = 0;
   for (const float weight : weights) {
     if (!(weight >= 0 && weight <= 1))
       return make_error(ErrorCode::kInput, "{}: a weight of a mixture must be in [0, 1] (is {})",
                         first.from->name, weight);
-    all += static_cast<double>(weight);
+    sum += static_cast<double>(weight);
   }
-  if (std::abs(all - 1) > 1e-5)
+  if (std::abs(sum - 1) > 1e-5)
     return make_error(ErrorCode::kInput,
                       "{}: the weights of a mixture must sum to 1 (they do to {})",
-                      first.from->name, all);
+                      first.from->name, sum);
   const std::vector<MixtureInput> inputs = list_inputs(space, weights);
   Mixture mixture;
   mixture.settings = first.settings;
   mixture.keeps_volume = first.plan.motion.keep_volume;
-  Box lows;  // its height is the largest difference between the objects' lowest points
+  Box lowest_points;  // its height is the largest difference between the objects' lowest points
   for (const MixtureInput& input : inputs) {
     const Box box = input.object->model.box();
     mixture.size += static_cast<float>(input.weight) * box.diagonal();
     mixture.floor += static_cast<float>(input.weight) * box.low.y;
-    lows = unite(lows, {box.low, box.low});
+    lowest_points = unite(lowest_points, {box.low, box.low});
   }
-  mixture.stands = first.settings.contact && lows.size().y <= kMaxFloorDifference * mixture.size;
+  mixture.stands =
+      first.settings.contact && lowest_points.size().y <= kMaxFloorDifference * mixture.size;
   const Vec3d middle(first.from->model.box().center());
   mixture.mean = mean_similarity(inputs, middle);
   mix_balls(first.plan, inputs, middle, mixture);
@@ -408,7 +415,7 @@ Result<std::vector<float>> weighted_field(const Mixture& mixture, const Weighted
     const DistanceGrid& object_grid = *mixture.objects.front().object->distances.grid;
     const DistanceField distances(object_grid.grid, object_grid.values.data());
     for (const Vec3 p : points)
-      values.push_back(distances.value(Points<float>{p.x, p.y, p.z}, 1.0f));
+      values.push_back(distances.value(Points<float>{p.x, p.y, p.z}, /*detail=*/1.0f));
     return values;
   }
   std::vector<Vec3> lowered = points;
@@ -433,18 +440,19 @@ Result<std::vector<Vec3>> map_to_reference(const ShapeSpace& space, std::span<co
                                            float lift, const std::vector<Vec3>& points,
                                            Engine& engine) {
   PM_TRY(const Mixture mixture, mix_objects(space, weights));
-  return map_to_object(make_mixed_object(make_input(space, 0, 0), mixture), lift, points, engine);
+  return map_to_object(make_mixed_object(make_input(space, /*object=*/0, /*weight=*/0), mixture),
+                       lift, points, engine);
 }
 
 Result<Flow> weighted_flow(const ShapeSpace& space, std::span<const float> now,
                            std::span<const float> next, const std::vector<Vec3>& points,
                            Engine& engine) {
   PM_TRY(const Mixture mixture, mix_objects(space, now));
-  PM_TRY(const Mixture later, mix_objects(space, next));
+  PM_TRY(const Mixture next_mixture, mix_objects(space, next));
   auto regression = std::make_shared<Regression>(empty_regression(mixture));
   for (std::size_t b = 0; b < mixture.samples.size(); ++b) {
-    const Vec3 step = later.samples[b].center - mixture.samples[b].center;
-    regression->values.push_back(make_value(step, scale_matrix({}, 0)));
+    const Vec3 step = next_mixture.samples[b].center - mixture.samples[b].center;
+    regression->values.push_back(make_value(step, /*slope=*/scale_matrix({}, 0)));
     regression->values.back().value[3] = 1 - now.front();  // progress, as in read_flow()
   }
   std::vector<AttributeValues> values;

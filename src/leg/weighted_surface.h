@@ -26,14 +26,14 @@ struct ShapeSpace {
   std::vector<std::vector<Vec3d>> places;
 };
 
-/// Makes the space of legs that have one source. Errors: kInput if an object is a shell or a
-/// vessel; the engine's.
+/// Makes the space of legs that have one source. Errors: kInput if an object is a shell or a vessel
+/// (field/distance_cache.h); the engine's.
 Result<ShapeSpace> make_shape_space(std::vector<std::shared_ptr<const Leg>> legs, Engine& engine);
 
 /// An object whose weight in a mixture is above 0.
 struct MixedObject {
   std::shared_ptr<const PreparedObject> object;
-  float weight = 0;
+  float weight = 0;                       ///< (0, 1]
   std::shared_ptr<const Regression> map;  ///< map from the mixture to the object
   float scale = 1;                        ///< length in the mixture per length on the object
   Mat3 linear;                            ///< linear part of the map: rotation and scaling
@@ -51,7 +51,7 @@ struct MeanSimilarity {
 /// logarithms. The maps to the objects are kernel regressions around the balls
 /// (kernels/morph_surface.h).
 struct Mixture {
-  std::vector<MixedObject> objects;  ///< those of weight above 0, in the order of the space
+  std::vector<MixedObject> objects;  ///< objects of weight above 0, in the order of the space
   MeanSimilarity mean;
   std::vector<RegressionSample> samples;  ///< one per ball of the reference
   Box box;                                ///< bounds of the surface
@@ -71,19 +71,19 @@ Result<Mixture> mix_objects(const ShapeSpace& space, std::span<const float> weig
 PathPart object_similarity(const ShapeSpace& space, std::size_t object);
 
 /// Computes the part of RegressionSample::deviation that depends on the ball: 0.7 / sqrt(2 a),
-/// scaled from the reference to the mixture. The other part, kMapDeviation (morph/smooth_map.h) of
-/// the size, is added to it in squares.
+/// scaled from the reference to the mixture. The squares of this part and of the other,
+/// kMapDeviation (morph/smooth_map.h) of the size, are summed.
 double ball_kernel_deviation(const Ball& ball, double scale);
 
-/// Computes the fraction of the volume below which components of a mixture are left out because of
-/// one of its objects. The mixture's fraction is the maximum over its objects.
+/// Computes one object's limit for the components of a mixture. Components whose fraction of the
+/// volume is below the maximum of the objects' limits are left out.
 double min_mixture_component_share(const PreparedObject& object, const LegSettings& settings);
 
 /// Surface of a mixture: where the weighted sum of its objects' distances, mapped to the mixture,
 /// equals `level`.
 struct WeightedSurface {
   Mesh mesh;
-  float lift = 0;   ///< height by which the mesh was raised onto the floor
+  float lift = 0;   ///< height by which the mesh was moved to the floor; negative: down
   float level = 0;  ///< level that keeps the volume, scene units
 };
 /// Extracts the surface of a mixture. An object of weight 1 is extracted from its own distances.

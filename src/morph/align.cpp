@@ -36,7 +36,8 @@ std::vector<Mat3> cube_rotations() {
   return rotations;
 }
 
-/// Solves the transport. The plan's cost excludes the distances to landmarks.
+/// Solves the transport problem between two sides. The plan's cost excludes the distances to
+/// landmarks.
 TransportPlan plan_between(const CostSide& a, const CostSide& b, float label_cost) {
   TransportPlan plan = solve_transport(
       a.mass, b.mass,
@@ -113,13 +114,14 @@ Mat3 rotation_between(Vec3d from, Vec3d to) {
   const Vec3d a = normalized(from), b = normalized(to);
   if (dot(a, a) == 0 || dot(b, b) == 0) return {};
   const double cosine = dot(a, b);
-  if (cosine < -0.999) {  // a rotation by 180 degrees about any perpendicular axis
+  // Near 180 degrees the axis is undetermined: any perpendicular one serves.
+  if (cosine < -0.999) {
     const Vec3d axis = normalized(cross(a, std::fabs(a.x) < 0.9 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0}));
     const double v[3] = {axis.x, axis.y, axis.z};
-    Mat3 half;
+    Mat3 half_turn;
     for (int r = 0; r < 3; ++r)
-      for (int c = 0; c < 3; ++c) half.at(r, c) = 2 * v[r] * v[c] - (r == c ? 1 : 0);
-    return half;
+      for (int c = 0; c < 3; ++c) half_turn.at(r, c) = 2 * v[r] * v[c] - (r == c ? 1 : 0);
+    return half_turn;
   }
   // Rodrigues' formula: I + K + K^2 / (1 + cosine), where K is the matrix of the cross product.
   const Vec3d v = cross(a, b);
@@ -154,10 +156,11 @@ Mat3 fit_rotation(const CostSide& a, const CostSide& b, std::span<const Transpor
 }
 
 std::optional<Mat3> fit_landmark_rotation(std::span<const Vec3> from, std::span<const Vec3> to) {
-  // Min length of the Procrustes sum, as a fraction of the sum of |p| |q| over the horizontal
-  // offsets: 1 if a single rotation takes every p to the direction of its q.
+  // Min length of the vector (cosine, sine), as a fraction of the sum of |p| |q| over the
+  // horizontal offsets. It is 1 if a single rotation takes every p to the direction of its q.
   constexpr double kMinAgreement = 0.3;
-  // Min RMS distance from the vertical line through the centroid, over that from the centroid.
+  // Min RMS distance of the points from the vertical line through their centroid, as a fraction of
+  // their RMS distance from the centroid.
   constexpr double kMinHorizontal = 0.1;
   if (from.size() < 3) return std::nullopt;
   const auto center = [](std::span<const Vec3> points) {
@@ -166,20 +169,20 @@ std::optional<Mat3> fit_landmark_rotation(std::span<const Vec3> from, std::span<
     return sum * (1 / static_cast<double>(points.size()));
   };
   const Vec3d from_center = center(from), to_center = center(to);
-  double sine = 0, cosine = 0, horizontal = 0, from_horizontal = 0, to_horizontal = 0, from_all = 0,
-         to_all = 0;
+  double sine = 0, cosine = 0, horizontal = 0, from_horizontal_square = 0, to_horizontal_square = 0,
+         from_square = 0, to_square = 0;
   for (std::size_t l = 0; l < from.size(); ++l) {
     const Vec3d p = Vec3d(from[l]) - from_center, q = Vec3d(to[l]) - to_center;
     const double p2 = p.x * p.x + p.z * p.z, q2 = q.x * q.x + q.z * q.z;
     sine += q.x * p.z - q.z * p.x;
     cosine += q.x * p.x + q.z * p.z;
     horizontal += std::sqrt(p2 * q2);
-    from_horizontal += p2, to_horizontal += q2;
-    from_all += dot(p, p), to_all += dot(q, q);
+    from_horizontal_square += p2, to_horizontal_square += q2;
+    from_square += dot(p, p), to_square += dot(q, q);
   }
-  const bool is_spread_out = from_horizontal > kMinHorizontal * kMinHorizontal * from_all &&
-                             to_horizontal > kMinHorizontal * kMinHorizontal * to_all &&
-                             horizontal > 0;
+  const bool is_spread_out =
+      from_horizontal_square > kMinHorizontal * kMinHorizontal * from_square &&
+      to_horizontal_square > kMinHorizontal * kMinHorizontal * to_square && horizontal > 0;
   if (!is_spread_out || std::sqrt(sine * sine + cosine * cosine) < kMinAgreement * horizontal)
     return std::nullopt;
   return about_vertical(exact::atan2(sine, cosine));
@@ -187,21 +190,24 @@ std::optional<Mat3> fit_landmark_rotation(std::span<const Vec3> from, std::span<
 
 RotationResult find_rotation(const CostSide& a, const CostSide& b, float label_cost, double gain,
                              double tip_residual) {
-  const CostSide few_a = coarsen_side(a, kRepresentatives),
-                 few_b = coarsen_side(b, kRepresentatives);
-  const double unrotated_cost = plan_between(few_a, few_b, label_cost).cost;
+  // Search on representatives: first about the vertical, then about any axis.
+  const CostSide coarse_a = coarsen_side(a, kRepresentatives),
+                 coarse_b = coarsen_side(b, kRepresentatives);
+  const double unrotated_cost = plan_between(coarse_a, coarse_b, label_cost).cost;
   constexpr int kUpright = 8;
   std::vector<Mat3> upright;
   for (int i = 0; i < kUpright; ++i)
     upright.push_back(i == 0 ? Mat3{} : about_vertical(2 * exact::kPi * i / kUpright));
   RotationFit vertical =
-      best_fit(few_a, few_b, label_cost, unrotated_cost, upright, RotationAxis::kVertical);
+      best_fit(coarse_a, coarse_b, label_cost, unrotated_cost, upright, RotationAxis::kVertical);
   if (!(vertical.cost < (1 - gain) * unrotated_cost)) vertical = {Mat3{}, unrotated_cost};
-  const RotationFit any_axis =
-      best_fit(few_a, few_b, label_cost, unrotated_cost, cube_rotations(), RotationAxis::kAny);
-  const bool cheaper =
+  const RotationFit any_axis = best_fit(coarse_a, coarse_b, label_cost, unrotated_cost,
+                                        cube_rotations(), RotationAxis::kAny);
+  // An object is tipped over only if that is much cheaper and, for all balls, fits as well as
+  // between near copies.
+  const bool is_cheaper =
       any_axis.cost < (1 - gain) * unrotated_cost && any_axis.cost < kMaxTipCost * vertical.cost;
-  if (cheaper && residual(a, b, label_cost, any_axis.rotation) <= tip_residual)
+  if (is_cheaper && residual(a, b, label_cost, any_axis.rotation) <= tip_residual)
     return {any_axis.rotation, RotationAxis::kAny};
   return {vertical.rotation, RotationAxis::kVertical};
 }

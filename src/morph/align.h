@@ -17,12 +17,14 @@ enum class RotationAxis : std::uint8_t { kVertical, kAny };
 /// The rotation about the y axis by an angle, in radians, that takes +z towards +x.
 Mat3 about_vertical(double angle);
 
-/// Computes the smallest rotation that takes one direction to another.
+/// Computes the smallest rotation that takes one direction to another; the identity if either
+/// vector is zero. The vectors may have any length.
 Mat3 rotation_between(Vec3d from, Vec3d to);
 
 struct RotationResult {
   Mat3 rotation;
-  RotationAxis axis = RotationAxis::kVertical;  ///< pass this to later calls of fit_rotation()
+  RotationAxis axis =
+      RotationAxis::kVertical;  ///< axes that `rotation` may have, for fit_rotation()
 };
 
 /// Finds the rotation of `a` with the cheapest transport plan to `b`. It alternates between
@@ -40,8 +42,9 @@ RotationResult find_rotation(const CostSide& a, const CostSide& b, float label_c
                              double tip_residual);
 
 /// Fits the rotation about the vertical that takes `from` to `to`, each relative to its centroid
-/// (Procrustes). Returns nullopt if there are fewer than three points or they determine no
-/// rotation: they lie nearly on one vertical line, or no single rotation fits most of them.
+/// (Procrustes). from[i] corresponds to to[i]. Returns nullopt if there are fewer than three points
+/// or they determine no rotation: they lie nearly on one vertical line, or no single rotation fits
+/// most of them.
 std::optional<Mat3> fit_landmark_rotation(std::span<const Vec3> from, std::span<const Vec3> to);
 
 /// Fits the rotation of `a` about its origin, and about `axis`, that minimizes the sum over the

@@ -11,7 +11,7 @@ namespace polymorph {
 /// Number of points of a centre line that is extended to the limb's root and tip.
 inline constexpr std::size_t kLinePoints = kLimbStations + 2;
 
-/// Their positions: 0, each limb_station() and 1.
+/// Positions of a centre line's points: 0, each limb_station() and 1.
 inline constexpr std::array<double, kLinePoints> kLineStations = [] {
   std::array<double, kLinePoints> stations{};
   for (std::size_t k = 0; k < kLimbStations; ++k) stations[k + 1] = limb_station(k);
@@ -31,7 +31,7 @@ T interpolated(const std::array<double, N>& stations, const std::array<T, N>& va
   return values[N - 1];
 }
 
-/// Interpolates values of the line's segments between the segments' middles.
+/// Interpolates values of a centre line's segments, each of which is taken at its segment's middle.
 template <class T>
 T interpolated(const std::array<T, kLinePoints - 1>& segments, double t) {
   std::array<double, kLinePoints - 1> middles;

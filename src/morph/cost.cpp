@@ -61,6 +61,7 @@ CostSide make_cost_side(const std::vector<Ball>& balls, FieldKind kind, std::vec
   };
   const auto size_weight = static_cast<double>(settings.weights.size);
   const auto feature_weight = static_cast<double>(settings.weights.feature);
+  // The axes, in the order that CostSide::values gives.
   add_axis(1, [&](std::size_t i) { return normalized_center(i).x; });
   add_axis(1, [&](std::size_t i) { return normalized_center(i).y; });
   add_axis(1, [&](std::size_t i) { return normalized_center(i).z; });
@@ -70,7 +71,7 @@ CostSide make_cost_side(const std::vector<Ball>& balls, FieldKind kind, std::vec
            [&](std::size_t i) { return static_cast<double>(features.outward[i].y); });
   add_axis(feature_weight,
            [&](std::size_t i) { return static_cast<double>(features.outward[i].z); });
-  // Sizes and distances are divided by the object's size, so those of a scaled copy are equal.
+  // Sizes and distances are divided by the object's size, so a scaled copy has the same values.
   add_axis(size_weight, [&](std::size_t i) {
     const float radius = visit(kind, [&](auto field) { return field.radius(balls[i]); });
     return exact::log(static_cast<double>(radius) / normalization.size);
@@ -134,7 +135,7 @@ CostSide coarsen_side(const CostSide& side, std::size_t count) {
   result.mass = sample.weights;
   result.outside_rotation = side.outside_rotation;
   result.values.assign(side.values.size(), std::vector<float>(count, 0));
-  std::vector<std::map<std::int32_t, double>> votes(count);
+  std::vector<std::map<std::int32_t, double>> votes(count);  // per representative: masses by label
   for (std::size_t i = 0; i < n; ++i) votes[owner[i]][side.labels[i]] += side.mass[i];
   for (std::size_t axis = 0; axis < side.values.size(); ++axis)
     for (std::size_t i = 0; i < n; ++i)

@@ -22,14 +22,14 @@ struct CostSide {
   /// Number of axes that rotate with the object: 3 of the position, 3 of the outward direction.
   static constexpr std::size_t kRotatingAxes = 6;
   std::vector<double> mass;          ///< one per ball; sums to 1
-  std::vector<std::int32_t> labels;  ///< one per ball
+  std::vector<std::int32_t> labels;  ///< one per ball; kNoLabel: none
   /// values[axis][ball]. Axes 0 to 2: position, with the object's RMS size as unit; 3 to 5: outward
   /// direction (morph/features.h); then the other terms of make_cost_side(). Each is multiplied by
-  /// the square root of its weight; positions have the weight 1. (limb_cost_sides() has other
-  /// axes.)
+  /// the square root of its weight; positions have the weight 1. The sides that limb_cost_sides()
+  /// makes have other axes.
   std::vector<std::vector<float>> values;
-  /// First of the axes that the search for a rotation leaves out (morph/align.h) and that
-  /// limb_cost_sides() keeps.
+  /// First of the axes that the costs by which a rotation is found (morph/align.h) exclude, and
+  /// that limb_cost_sides() (morph/limb_plan.h) adopts.
   std::size_t outside_rotation = 0;
   std::size_t size() const { return mass.size(); }
 };
@@ -40,7 +40,8 @@ struct Normalization {
   Vec3d center;
   double size = 1;
 };
-/// Computes the centroid of the balls and their RMS distance from it, weighted by mass.
+/// Computes the centroid of the balls and their RMS distance from it (1 if all are at one point),
+/// weighted by mass. `mass`: one per ball, with sum 1.
 Normalization fit_normalization(const std::vector<Ball>& balls, std::span<const double> mass);
 
 /// Computes the feature vectors of an object's balls. `landmarks`: in scene coordinates, in the
@@ -59,7 +60,8 @@ void cost_row(const CostSide& a, const CostSide& b, float label_cost, std::uint3
               std::span<float> costs);
 
 /// Reduces a side to at most `count` representative balls, chosen by farthest point sampling. Each
-/// has the total mass, the mean values and the most common label of the balls nearest to it.
+/// has the total mass, the mean values and the label with the largest mass of the balls nearest to
+/// it.
 CostSide coarsen_side(const CostSide& side, std::size_t count);
 
 }  // namespace polymorph

@@ -26,11 +26,12 @@ double bezier_ease(const MotionSettings& motion, double t) {
   return bezier(coordinate(1), coordinate(3), (low + high) / 2);
 }
 
-/// Solution of m x'' + b x' + k x = 0 with x(0) = 1, x'(0) = 0.
+/// Solution of m x'' + b x' + k x = 0 with x(0) = 1, x'(0) = 0. g is the decay rate, w0 the
+/// undamped angular frequency.
 double spring_deflection(double mass, double damping, double stiffness, double t) {
   const double g = damping / (2 * mass), w0 = std::sqrt(stiffness / mass);
   const double difference = w0 * w0 - g * g;
-  constexpr double kCritical = 1e-9;
+  constexpr double kCritical = 1e-9;  // of w0^2; nearer to 0 the spring counts as critically damped
   if (difference > kCritical * w0 * w0) {
     const double w = std::sqrt(difference);
     return exact::exp(-g * t) * (exact::cos(w * t) + g / w * exact::sin(w * t));

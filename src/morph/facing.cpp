@@ -13,19 +13,19 @@
 namespace polymorph {
 namespace {
 
-/// Min overlap of an object with its mirror image. The front is undecided if a second plane's rank
-/// is at least kSecondPlane times that of the first.
+/// Min MirrorPlane::overlap of the plane that decides the front. The front is undecided if the
+/// second plane's score_plane() is at least kSecondPlane times the first plane's.
 constexpr double kMinOverlap = 0.7, kSecondPlane = 0.97;
 /// Factor by which the larger of two rotations must be better: it is taken only if its discrepancy
-/// is below kGain times that of the smaller rotation.
+/// is below kGain times the smaller rotation's.
 constexpr double kGain = 0.9;
 /// Rotations within this angle, in radians, count as equal.
 constexpr double kNear = 25 * exact::kPi / 180;
 /// Weights of the discrepancy (docs/method.md, Facing): kDistances for the term in geodesic
-/// distances, 1 - kDistances for the term in points. Within the latter, kCentrality is the weight
-/// of the points' mean distances.
+/// distances, 1 - kDistances for the term in points. Within the term in points, kCentrality is the
+/// weight of the points' mean distances.
 constexpr double kDistances = 0.8, kCentrality = 0.5;
-constexpr int kSteps = 20;  // max number of steps of conditional gradients
+constexpr int kMaxGradientSteps = 20;  // max number of steps of conditional gradients
 
 using Matrix = std::vector<double>;  // row by row
 
@@ -52,6 +52,7 @@ ScaledBody scale_body(const BodySample& sample) {
       distance_square +=
           sample.shares[i] * sample.shares[k] * sample.distances[i][k] * sample.distances[i][k];
   }
+  // 1e-30 prevents a division by 0.
   const double scale = 1 / std::sqrt(std::max(square, 1e-30)),
                distance_scale = 1 / std::sqrt(std::max(distance_square, 1e-30));
   for (std::size_t i = 0; i < n; ++i) {
@@ -80,17 +81,18 @@ std::vector<double> mean_squared_distances(const ScaledBody& body) {
 /// The product C_a T C_b of both bodies' distance matrices with a coupling T between them.
 Matrix multiply_distances(const ScaledBody& a, const Matrix& coupling, const ScaledBody& b) {
   const std::size_t n = a.size(), m = b.size();
-  Matrix coupling_b(n * m, 0), product(n * m, 0);
+  Matrix coupling_times_b(n * m, 0), product(n * m, 0);
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t k = 0; k < m; ++k) {
       const double amount = coupling[i * m + k];
       if (amount == 0) continue;
-      for (std::size_t l = 0; l < m; ++l) coupling_b[i * m + l] += amount * b.distances[k * m + l];
+      for (std::size_t l = 0; l < m; ++l)
+        coupling_times_b[i * m + l] += amount * b.distances[k * m + l];
     }
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t j = 0; j < n; ++j) {
       const double d = a.distances[i * n + j];
-      for (std::size_t l = 0; l < m; ++l) product[i * m + l] += d * coupling_b[j * m + l];
+      for (std::size_t l = 0; l < m; ++l) product[i * m + l] += d * coupling_times_b[j * m + l];
     }
   return product;
 }
@@ -136,6 +138,7 @@ double fused_discrepancy(const ScaledBody& a, const ScaledBody& b, double angle)
       squared_distances[i * m + k] = a_means[i] + b_means[k];
     }
   }
+  // Start: the optimal transport of the term in points.
   Matrix coupling = solve_linear(a, b, point_costs);
   Matrix product = multiply_distances(a, coupling, b);
   const auto discrepancy = [&] {
@@ -145,7 +148,8 @@ double fused_discrepancy(const ScaledBody& a, const ScaledBody& b, double angle)
                             kDistances * (squared_distances[i] - 2 * product[i]));
     return sum;
   };
-  for (int step = 0; step < kSteps; ++step) {
+  // Along `direction` the discrepancy is a parabola; each step goes to its minimum, or to the end.
+  for (int step = 0; step < kMaxGradientSteps; ++step) {
     Matrix gradient(n * m);
     for (std::size_t i = 0; i < n * m; ++i)
       gradient[i] = (1 - kDistances) * point_costs[i] +
@@ -153,7 +157,7 @@ double fused_discrepancy(const ScaledBody& a, const ScaledBody& b, double angle)
     Matrix direction = solve_linear(a, b, gradient);
     for (std::size_t i = 0; i < n * m; ++i) direction[i] -= coupling[i];
     const double slope = sum_products(gradient, direction);
-    if (slope > -1e-9) break;
+    if (slope > -1e-9) break;  // converged
     const Matrix product_change = multiply_distances(a, direction, b);
     const double curvature = -2 * kDistances * sum_products(product_change, direction);
     const double step_length = curvature <= 0 ? 1 : std::min(1.0, -slope / (2 * curvature));
@@ -169,7 +173,7 @@ double wrap_angle(double angle) { return exact::atan2(exact::sin(angle), exact::
 
 }  // namespace
 
-double turn_between(double from, double to) { return wrap_angle(to - from); }
+double azimuth_difference(double from, double to) { return wrap_angle(to - from); }
 
 bool is_symmetric(const Limbs& limbs) {
   constexpr double kSymmetric = 0.8;
@@ -187,12 +191,12 @@ std::optional<double> find_front_axis(const Limbs& limbs) {
 std::optional<double> find_facing(LimbPlan& limbs, double plan_angle,
                                   std::optional<double> from_front,
                                   std::optional<double> to_front) {
-  if (from_front && to_front) return turn_between(*from_front, *to_front);
+  if (from_front && to_front) return azimuth_difference(*from_front, *to_front);
   const Limbs &from = limbs.from, &to = limbs.to;
   const auto a = from_front ? from_front : find_front_axis(from),
              b = to_front ? to_front : find_front_axis(to);
   if (!a || !b) return std::nullopt;
-  // The two rotations that take one plane to the other. The plan's own angle replaces one near it.
+  // The two rotations that take one plane to the other. An angle near the plan's is replaced by it.
   std::array<double, 2> angles = {wrap_angle(*b - *a), wrap_angle(*b - *a + exact::kPi)};
   for (double& angle : angles)
     if (std::fabs(wrap_angle(angle - plan_angle)) < kNear) angle = plan_angle;
@@ -206,12 +210,12 @@ std::optional<double> find_facing(LimbPlan& limbs, double plan_angle,
   if (is_certain(matches[0]) && is_certain(matches[1]))
     return angles[matches[1].cost < matches[0].cost ? 1 : 0];
   const ScaledBody body_a = scale_body(from.sample), body_b = scale_body(to.sample);
-  std::array<double, 2> values;
+  std::array<double, 2> discrepancies;
   parallel_for(2, [&](std::int64_t k) {
     const auto i = static_cast<std::size_t>(k);
-    values[i] = fused_discrepancy(body_a, body_b, angles[i]);
+    discrepancies[i] = fused_discrepancy(body_a, body_b, angles[i]);
   });
-  return angles[values[1] < kGain * values[0] ? 1 : 0];
+  return angles[discrepancies[1] < kGain * discrepancies[0] ? 1 : 0];
 }
 
 }  // namespace polymorph

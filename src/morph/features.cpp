@@ -40,7 +40,7 @@ Graph ball_graph(const std::vector<Ball>& balls,
   std::vector<double> distance_to_tree(n, kInfinity);
   std::vector<std::uint32_t> parent(n, 0);
   std::vector<char> in_tree(n, 0);
-  std::vector<double> longest_link(n, 0);  // per ball, of its links in the tree
+  std::vector<double> longest_link(n, 0);  // per ball, in the tree
   std::uint32_t current = 0;
   for (std::uint32_t step = 1; step < n; ++step) {
     in_tree[current] = 1;
@@ -120,11 +120,11 @@ std::vector<std::vector<std::uint32_t>> nearest_neighbors(std::span<const Vec3> 
             const Vec3 d = points[j] - points[i];
             if (j != i) others.emplace_back(dot(d, d), j);
           }
-          const std::size_t found_count = std::min(count, others.size());
+          const std::size_t neighbor_count = std::min(count, others.size());
           std::partial_sort(others.begin(),
-                            others.begin() + static_cast<std::ptrdiff_t>(found_count),
+                            others.begin() + static_cast<std::ptrdiff_t>(neighbor_count),
                             others.end());
-          for (std::size_t k = 0; k < found_count; ++k) result[i].push_back(others[k].second);
+          for (std::size_t k = 0; k < neighbor_count; ++k) result[i].push_back(others[k].second);
         }
       });
   return result;
@@ -143,6 +143,7 @@ BallFeatures ball_features(const std::vector<Ball>& balls, std::span<const doubl
   parallel_for(static_cast<std::int64_t>(n), [&](std::int64_t index) {
     const auto i = static_cast<std::size_t>(index);
     if (neighbors[i].empty()) return;
+    // The centroid of the neighbourhood and the covariance about it.
     double total_mass = masses[i];
     Vec3d mean = Vec3d(centers[i]) * masses[i];
     for (const std::uint32_t j : neighbors[i]) {
@@ -158,9 +159,10 @@ BallFeatures ball_features(const std::vector<Ball>& balls, std::span<const doubl
     add_ball(i);
     for (const std::uint32_t j : neighbors[i]) add_ball(j);
     const EigenDecomposition axes = principal_axes(covariance);
-    if (!(axes.values[0] > 0)) return;
+    if (!(axes.values[0] > 0)) return;  // all centres coincide
     features.linearity[i] = static_cast<float>((axes.values[0] - axes.values[1]) / axes.values[0]);
     features.planarity[i] = static_cast<float>((axes.values[1] - axes.values[2]) / axes.values[0]);
+    // The trace of the covariance is the squared RMS radius.
     features.outward[i] =
         to_float((Vec3d(centers[i]) - mean) *
                  (1 / std::sqrt(covariance.m[0] + covariance.m[4] + covariance.m[8])));

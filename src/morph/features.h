@@ -10,8 +10,8 @@
 
 namespace polymorph {
 
-/// Finds the `count` nearest other points of each point, nearest first; all others if there are
-/// fewer. Parallel, deterministic.
+/// Finds for each point the indices of its `count` nearest other points, nearest first; of all
+/// others if there are fewer. Parallel, deterministic.
 std::vector<std::vector<std::uint32_t>> nearest_neighbors(std::span<const Vec3> points,
                                                           std::size_t count);
 

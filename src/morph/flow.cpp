@@ -6,6 +6,7 @@
 namespace polymorph {
 namespace {
 
+/// Inverts a matrix: the cross products of its rows, over its determinant, are the columns.
 Mat3 inverse(const Mat3& a) {
   const auto row = [&](int i) { return Vec3d{a.at(i, 0), a.at(i, 1), a.at(i, 2)}; };
   const Vec3d x = row(0), y = row(1), z = row(2);

@@ -13,7 +13,7 @@ namespace polymorph {
 /// Motion vectors at points. Both lists have one element per point.
 struct Flow {
   std::vector<Vec3> displacement;  ///< scene units
-  std::vector<float> progress;     ///< mean pair_progress() of the balls at the point, [0, 1]
+  std::vector<float> progress;     ///< mean pair_progress() (morph/motion.h) of the balls there
 };
 
 /// A plan and a time of its motion, [0, 1].

@@ -30,12 +30,12 @@ class LabelIndex {
   /// The labels that `name`, "label" or "object.label", refers to.
   std::vector<std::uint32_t> resolve(const std::string& name) const {
     const std::span<const std::uint32_t> unqualified = find_label(name);
-    std::vector<std::uint32_t> all(unqualified.begin(), unqualified.end());
+    std::vector<std::uint32_t> matches(unqualified.begin(), unqualified.end());
     if (name.starts_with(prefix_)) {
       const std::span<const std::uint32_t> qualified = find_label(name.substr(prefix_.size()));
-      all.insert(all.end(), qualified.begin(), qualified.end());
+      matches.insert(matches.end(), qualified.begin(), qualified.end());
     }
-    return all;
+    return matches;
   }
 
  private:
@@ -47,7 +47,7 @@ class LabelIndex {
 
 std::vector<std::uint32_t> face_labels(const Model& model, const std::vector<Ball>& balls) {
   std::vector<std::uint32_t> result(balls.size(), 0);
-  if (model.label_names.size() < 2) return result;
+  if (model.label_names.size() < 2) return result;  // every face has label 0
   std::vector<Vec3> centers;
   for (const Ball& ball : balls) centers.push_back(ball.center);
   const std::vector<ClosestPoint> closest = ClosestPointQuery(model).closest(centers);
@@ -61,7 +61,8 @@ LabelMatch match_labels(const LabelledObject& from, const LabelledObject& to,
                         const std::map<std::string, std::string>& map) {
   const std::size_t n = from.labels.size(), m = to.labels.size();
   const LabelIndex from_index(from), to_index(to);
-  // Sets of labels that match. Elements are the labels of `from`, then, from n on, those of `to`.
+  // Sets of labels that match. Elements 0 to n - 1 are the labels of `from`, the others the labels
+  // of `to`.
   DisjointSets sets(n + m);
   std::vector<std::uint8_t> is_named(n + m, 0);
   const auto join = [&](std::span<const std::uint32_t> from_labels,
@@ -102,17 +103,19 @@ Result<std::vector<std::uint32_t>> label_points(const MorphPlan& plan, float tim
                                                 Engine& engine) {
   PM_CHECK(balls.size() == plan.pairs.size());
   PM_CHECK(from_names.size() == plan.from.size() && to_names.size() == plan.to.size());
-  // The labels that balls have, and 0. They are renumbered by their index in `used`, because an
-  // object may have many more labels.
-  std::vector<std::uint32_t> used{0};
+  // The labels that balls have, and 0. They are renumbered by their index in `distinct_labels`,
+  // because an object may have many more labels.
+  std::vector<std::uint32_t> distinct_labels{0};
   for (const auto& names : {from_names, to_names})
-    used.insert(used.end(), names.begin(), names.end());
-  std::sort(used.begin(), used.end());
-  used.erase(std::unique(used.begin(), used.end()), used.end());
-  const auto count = static_cast<std::uint32_t>(used.size());
-  const auto index_in_used = [&](std::uint32_t name) {
-    return static_cast<std::uint32_t>(std::lower_bound(used.begin(), used.end(), name) -
-                                      used.begin());
+    distinct_labels.insert(distinct_labels.end(), names.begin(), names.end());
+  std::sort(distinct_labels.begin(), distinct_labels.end());
+  distinct_labels.erase(std::unique(distinct_labels.begin(), distinct_labels.end()),
+                        distinct_labels.end());
+  const auto count = static_cast<std::uint32_t>(distinct_labels.size());
+  const auto index_of_label = [&](std::uint32_t name) {
+    return static_cast<std::uint32_t>(
+        std::lower_bound(distinct_labels.begin(), distinct_labels.end(), name) -
+        distinct_labels.begin());
   };
   // Matched labels form a family, whose number is the smallest of its labels.
   std::vector<std::uint32_t> family(count);
@@ -121,8 +124,8 @@ Result<std::vector<std::uint32_t>> label_points(const MorphPlan& plan, float tim
     if (plan.from_labels.empty() || plan.from_labels[pair.from] == kNoLabel ||
         plan.from_labels[pair.from] != plan.to_labels[pair.to])
       continue;
-    const std::uint32_t a = family[index_in_used(from_names[pair.from])],
-                        b = family[index_in_used(to_names[pair.to])];
+    const std::uint32_t a = family[index_of_label(from_names[pair.from])],
+                        b = family[index_of_label(to_names[pair.to])];
     std::replace(family.begin(), family.end(), std::max(a, b), std::min(a, b));
   }
   // Each label's weight is a value attached to the balls. A pass interpolates eight labels, in two
@@ -136,8 +139,8 @@ Result<std::vector<std::uint32_t>> label_points(const MorphPlan& plan, float tim
       attributes[2 * ball + (name - first) / 4].value[(name - first) % 4] += share;
     };
     for (std::size_t e = 0; e < balls.size(); ++e) {
-      add(e, index_in_used(from_names[plan.pairs[e].from]), 1 - progress[e]);
-      add(e, index_in_used(to_names[plan.pairs[e].to]), progress[e]);
+      add(e, index_of_label(from_names[plan.pairs[e].from]), 1 - progress[e]);
+      add(e, index_of_label(to_names[plan.pairs[e].to]), progress[e]);
     }
     PM_TRY(const std::vector<AttributeValues> values,
            interpolate_attributes(engine, balls, plan.kind, attributes, points));
@@ -145,6 +148,7 @@ Result<std::vector<std::uint32_t>> label_points(const MorphPlan& plan, float tim
       for (std::uint32_t k = 0; k < std::min(count - first, 8u); ++k)
         name_weights[i * count + first + k] = values[2 * i + k / 4].v[k % 4];
   }
+  // Each point gets the heaviest label of the heaviest family.
   std::vector<std::uint32_t> labels(points.size());
   std::vector<float> family_weight(count);
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -156,19 +160,19 @@ Result<std::vector<std::uint32_t>> label_points(const MorphPlan& plan, float tim
     std::uint32_t winner = best;
     for (std::uint32_t name = 0; name < count; ++name)
       if (family[name] == best && weight[name] > weight[winner]) winner = name;
-    labels[i] = used[winner];
+    labels[i] = distinct_labels[winner];
   }
   return labels;
 }
 
 Status check_label_map(const std::vector<LabelledObject>& chain,
                        const std::map<std::string, std::string>& map) {
-  std::vector<std::string> known;
+  std::vector<std::string> qualified_names;
   std::set<std::string> names;
   for (const LabelledObject& object : chain)
     for (const std::string& label : object.labels) {
-      known.push_back(object.name + "." + label);
-      names.insert(known.back());
+      qualified_names.push_back(object.name + "." + label);
+      names.insert(qualified_names.back());
       names.insert(label);
     }
   for (const auto& [key, value] : map)
@@ -176,7 +180,7 @@ Status check_label_map(const std::vector<LabelledObject>& chain,
       if (names.contains(name)) continue;
       return make_error(ErrorCode::kInput,
                         "/plan/labels: no object has a face group \"{}\"{} - groups here: {}", name,
-                        did_you_mean(name, known), join_quoted(known));
+                        did_you_mean(name, qualified_names), join_quoted(qualified_names));
     }
   return Ok{};
 }

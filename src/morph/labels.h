@@ -24,15 +24,15 @@ struct LabelledObject {
   std::vector<std::string> labels;
 };
 
-/// Two objects' labels in a common numbering: labels with equal numbers match, and kNoLabel
-/// (morph/cost.h) has no partner.
+/// Two objects' labels in a common numbering: labels with equal numbers match, and a label with the
+/// number kNoLabel (morph/cost.h) matches none.
 struct LabelMatch {
-  std::vector<std::int32_t> from, to;  ///< one per label of the object
+  std::vector<std::int32_t> from, to;  ///< per label of the object, its number or kNoLabel
 };
 
-/// Matches two objects' labels. `map` pairs names of labels in either direction: "teapot.spout":
-/// "penguin.beak", or just "spout": "beak". A label that `map` does not name matches labels of the
-/// same name.
+/// Matches two objects' labels. `map` pairs names of labels, in either direction. A name is
+/// OBJECT.LABEL or just LABEL: "teapot.spout": "penguin.beak", or "spout": "beak". A label that
+/// `map` does not name matches labels of the same name.
 LabelMatch match_labels(const LabelledObject& from, const LabelledObject& to,
                         const std::map<std::string, std::string>& map);
 

@@ -36,7 +36,8 @@ std::vector<std::size_t> others_by_volume(const Limbs& limbs,
 /// way. Otherwise the head points up from the shoulders or higher, and the other limbs that begin
 /// there are arms.
 std::vector<std::string_view> choose_nouns(const Limbs& limbs) {
-  // Max relative_height() of a foot, min of a shoulder; min upward component of a head's direction.
+  // Max relative_height() of a foot; min relative_height() of a shoulder; min upward component of a
+  // head's unit direction.
   constexpr double kFloor = 0.15, kShoulder = 0.5, kUp = 0.5;
   std::vector<std::string_view> nouns(limbs.limbs.size());
   std::size_t legs = 0;
@@ -107,11 +108,11 @@ std::vector<std::string> limb_names(const Limbs& limbs, double angle) {
   std::map<std::string_view, std::vector<std::size_t>> groups;
   for (std::size_t i = 0; i < nouns.size(); ++i) groups[nouns[i]].push_back(i);
   std::vector<std::string> names;
-  std::map<std::string, int> used;
+  std::map<std::string, int> uses;
   for (std::size_t i = 0; i < nouns.size(); ++i) {
     std::string name =
         describe_side(limbs, to_original, groups[nouns[i]], i) + std::string(nouns[i]);
-    if (const int earlier = used[name]++; earlier > 0)
+    if (const int earlier = uses[name]++; earlier > 0)
       name.append(" ").append(std::to_string(earlier + 1));
     names.push_back(std::move(name));
   }

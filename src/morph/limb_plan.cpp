@@ -16,7 +16,7 @@
 namespace polymorph {
 namespace {
 
-/// Weight of the squared difference of the distances from the centres.
+/// Weight in limb_cost_sides() of the squared difference of the balls' distances from the centres.
 constexpr double kDistanceWeight = 0.3;
 
 /// The points of a limb's centre line, extended to its root and tip.
@@ -24,7 +24,8 @@ using LinePoints = std::array<Vec3d, kLinePoints>;
 LinePoints extend_line(const Limb& limb) {
   constexpr std::size_t n = kLimbStations;
   LinePoints points;
-  // The ends are a third of the stations' distance beyond the last of them.
+  // The ends are 0.05 of the length beyond the last stations, a third of the stations' distance
+  // 0.15.
   points[0] = limb.line[0] - (limb.line[1] - limb.line[0]) * (1.0 / 3);
   points[n + 1] = limb.line[n - 1] + (limb.line[n - 1] - limb.line[n - 2]) * (1.0 / 3);
   std::copy(limb.line.begin(), limb.line.end(), points.begin() + 1);
@@ -47,7 +48,7 @@ double radius_at(const Limb& limb, double t) {
 /// Maps a point of a limb, at the fraction `t` of its length, into another limb: along the centre
 /// lines, with the offset from them rotated and scaled by the ratio of the radii.
 Vec3d map_to_limb(Vec3d p, double t, const Limb& own, const Limb& other, const Mat3& rotation) {
-  // Offsets follow the ratio of the radii only this far.
+  // Range of the factor by which offsets are scaled.
   constexpr double kMinScale = 0.4, kMaxScale = 2.5;
   const LinePoints from = extend_line(own), to = extend_line(other);
   const Vec3d offset = rotation * (p - interpolated(kLineStations, from, t));
@@ -56,7 +57,8 @@ Vec3d map_to_limb(Vec3d p, double t, const Limb& own, const Limb& other, const M
   return interpolated(kLineStations, to, t) + bend * offset * scale;
 }
 
-/// The label that most of the balls have for which `holds(ball)` is true, and their numbers.
+/// The most common label of some balls, those for which `holds(ball)` is true; the number of balls
+/// that have this label; and the number of all these balls.
 struct LabelVote {
   std::int32_t label = kNoLabel;
   std::size_t votes = 0, balls = 0;
@@ -72,11 +74,13 @@ LabelVote vote_on_label(const PlanSide& side, const Holds& holds) {
   return best;
 }
 
+/// Finds the most common label of the balls on a limb.
 LabelVote vote_of_limb(const PlanSide& side, const Limbs& limbs, std::uint32_t limb) {
   return vote_on_label(side, [&](std::size_t b) { return limbs.holds(limb, b); });
 }
 
-/// The innermost limb on which most balls of a label lie.
+/// Finds the limb on which most balls of a label lie. If there are several, it is the one with the
+/// fewest limbs on it.
 std::optional<std::uint32_t> find_limb_of_label(const PlanSide& side, const Limbs& limbs,
                                                 std::int32_t label) {
   std::optional<std::uint32_t> best;
@@ -92,7 +96,7 @@ std::optional<std::uint32_t> find_limb_of_label(const PlanSide& side, const Limb
 }
 
 /// Removes the labels that no ball of the other object has.
-void drop_labels_of_one(PlanSide& from, PlanSide& to) {
+void drop_unshared_labels(PlanSide& from, PlanSide& to) {
   const std::set<std::int32_t> a(from.labels.begin(), from.labels.end()),
       b(to.labels.begin(), to.labels.end());
   const auto drop = [](std::vector<std::int32_t>& labels, const std::set<std::int32_t>& other) {
@@ -102,21 +106,22 @@ void drop_labels_of_one(PlanSide& from, PlanSide& to) {
   drop(from.labels, b), drop(to.labels, a);
 }
 
-/// Gives labels that lie on one limb in both objects, as an arm and its hand, the same number.
+/// Gives labels the same number if they lie on the same limb in both objects, such as the labels of
+/// an arm and its hand.
 void join_labels_on_limbs(PlanSide& from, PlanSide& to, const Limbs& a, const Limbs& b) {
   std::set<std::int32_t> labels(from.labels.begin(), from.labels.end());
   labels.erase(kNoLabel);
-  std::map<std::pair<std::uint32_t, std::uint32_t>, std::int32_t> label_on;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::int32_t> label_of_limbs;
   for (const std::int32_t label : labels) {
     const auto i = find_limb_of_label(from, a, label), k = find_limb_of_label(to, b, label);
     if (!i || !k) continue;
-    const std::int32_t joined = label_on.try_emplace({*i, *k}, label).first->second;
-    std::replace(from.labels.begin(), from.labels.end(), label, joined);
-    std::replace(to.labels.begin(), to.labels.end(), label, joined);
+    const std::int32_t common_label = label_of_limbs.try_emplace({*i, *k}, label).first->second;
+    std::replace(from.labels.begin(), from.labels.end(), label, common_label);
+    std::replace(to.labels.begin(), to.labels.end(), label, common_label);
   }
 }
 
-/// The ball nearest to each landmark.
+/// Finds the ball nearest to each landmark.
 std::vector<std::size_t> landmark_balls(const PlanSide& side) {
   std::vector<std::size_t> nearest;
   for (const Vec3 landmark : side.landmarks) {
@@ -127,79 +132,85 @@ std::vector<std::size_t> landmark_balls(const PlanSide& side) {
   return nearest;
 }
 
+/// Computes LimbChoices::allowed by the rules of find_limbs_of_sides().
 AllowedLimbs allowed_limbs(const PlanSide& from, const PlanSide& to, const Limbs& from_limbs,
                            const Limbs& to_limbs) {
   const std::size_t n = from_limbs.limbs.size(), m = to_limbs.limbs.size();
   AllowedLimbs allowed(n, std::vector<std::uint8_t>(m, 1));
-  const std::vector<std::size_t> from_marks = landmark_balls(from), to_marks = landmark_balls(to);
+  const std::vector<std::size_t> from_landmark_balls = landmark_balls(from),
+                                 to_landmark_balls = landmark_balls(to);
   std::vector<std::int32_t> from_labels, to_labels;
   for (std::uint32_t i = 0; i < n; ++i)
     from_labels.push_back(vote_of_limb(from, from_limbs, i).label);
   for (std::uint32_t k = 0; k < m; ++k) to_labels.push_back(vote_of_limb(to, to_limbs, k).label);
   for (std::uint32_t i = 0; i < n; ++i)
     for (std::uint32_t k = 0; k < m; ++k) {
-      bool share_a_mark = false;
-      for (std::size_t l = 0; l < from_marks.size(); ++l) {
-        const bool on_from = from_limbs.holds(i, from_marks[l]),
-                   on_to = to_limbs.holds(k, to_marks[l]);
+      bool share_landmark = false;
+      for (std::size_t l = 0; l < from_landmark_balls.size(); ++l) {
+        const bool on_from = from_limbs.holds(i, from_landmark_balls[l]),
+                   on_to = to_limbs.holds(k, to_landmark_balls[l]);
         if (on_from != on_to) allowed[i][k] = 0;
-        share_a_mark |= on_from && on_to;
+        share_landmark |= on_from && on_to;
       }
-      // Landmarks say more than names that both files happen to have.
-      if (!share_a_mark && from_labels[i] != to_labels[k]) allowed[i][k] = 0;
+      // Landmarks outweigh labels, which may be names that both files merely happen to use.
+      if (!share_landmark && from_labels[i] != to_labels[k]) allowed[i][k] = 0;
     }
   return allowed;
 }
 
-/// Tests whether two limbs of one object are the same or sit on each other.
+/// Tests whether two limbs of one object are the same limb or one sits on the other.
 bool overlap(const Limbs& limbs, std::uint32_t a, std::uint32_t b) {
   const auto holds = [&](std::uint32_t outer, std::uint32_t inner) {
-    const std::vector<std::uint32_t>& on = limbs.limbs[outer].inner;
-    return std::find(on.begin(), on.end(), inner) != on.end();
+    const std::vector<std::uint32_t>& inner_limbs = limbs.limbs[outer].inner;
+    return std::find(inner_limbs.begin(), inner_limbs.end(), inner) != inner_limbs.end();
   };
   return a == b || holds(a, b) || holds(b, a);
 }
 
-/// The pairs of limbs on which a landmark lies on both sides, and no other landmark on one alone.
+/// Lists the pairs of limbs that hold the same landmarks, at least one.
 std::vector<ChosenLimbs> list_landmark_choices(const PlanSide& from, const PlanSide& to,
                                                const Limbs& a, const Limbs& b,
                                                const AllowedLimbs& allowed) {
-  const std::vector<std::size_t> from_marks = landmark_balls(from), to_marks = landmark_balls(to);
+  const std::vector<std::size_t> from_landmark_balls = landmark_balls(from),
+                                 to_landmark_balls = landmark_balls(to);
   std::vector<ChosenLimbs> choices;
   for (std::uint32_t i = 0; i < a.limbs.size(); ++i)
     for (std::uint32_t k = 0; k < b.limbs.size(); ++k)
-      for (std::size_t l = 0; l < from_marks.size(); ++l)
-        if (allowed[i][k] && a.holds(i, from_marks[l]) && b.holds(k, to_marks[l])) {
+      for (std::size_t l = 0; l < from_landmark_balls.size(); ++l)
+        if (allowed[i][k] && a.holds(i, from_landmark_balls[l]) &&
+            b.holds(k, to_landmark_balls[l])) {
           choices.push_back({{i}, {k}});
           break;
         }
   return choices;
 }
 
-/// The limbs that carry each label: most of their balls with a label have it, and so have most of
-/// all their balls, or they are find_limb_of_label(). The label of the trunk needs the latter.
-/// Limbs that hold a landmark carry none.
+/// The limbs that carry each label. A limb carries the most common label of its labelled balls if
+/// more than half of these have it, and if one of two conditions holds: more than half of all its
+/// balls have the label, which is not the trunk's; or the limb is find_limb_of_label(). A limb that
+/// holds a landmark carries no label.
 using LabelCarriers = std::map<std::int32_t, std::vector<std::uint32_t>>;
 LabelCarriers limbs_of_labels(const PlanSide& side, const Limbs& limbs) {
-  const std::vector<std::size_t> marks = landmark_balls(side);
-  const std::int32_t trunk =
+  const std::vector<std::size_t> balls_at_landmarks = landmark_balls(side);
+  // The most common label of the balls on no limb.
+  const std::int32_t trunk_label =
       vote_on_label(side, [&](std::size_t b) { return limbs.ball_limbs[b] == 0; }).label;
   LabelCarriers carriers;
   for (std::uint32_t i = 0; i < limbs.limbs.size(); ++i) {
     const auto is_on_limb = [&](std::size_t b) { return limbs.holds(i, b); };
-    if (std::any_of(marks.begin(), marks.end(), is_on_limb)) continue;
+    if (std::any_of(balls_at_landmarks.begin(), balls_at_landmarks.end(), is_on_limb)) continue;
     const LabelVote vote = vote_on_label(
         side, [&](std::size_t b) { return is_on_limb(b) && side.labels[b] != kNoLabel; });
     if (2 * vote.votes <= vote.balls) continue;
     const bool is_of_limb =
-        vote.label != trunk && 2 * vote.votes > vote_of_limb(side, limbs, i).balls;
+        vote.label != trunk_label && 2 * vote.votes > vote_of_limb(side, limbs, i).balls;
     if (is_of_limb || find_limb_of_label(side, limbs, vote.label) == i)
       carriers[vote.label].push_back(i);
   }
   return carriers;
 }
 
-/// The limbs of both sides that carry the same label.
+/// Lists, for each label that limbs of both sides carry, these limbs.
 std::vector<ChosenLimbs> list_label_choices(const LabelCarriers& from_carriers,
                                             const LabelCarriers& to_carriers, bool are_by_name) {
   std::vector<ChosenLimbs> choices;
@@ -209,20 +220,21 @@ std::vector<ChosenLimbs> list_label_choices(const LabelCarriers& from_carriers,
   return choices;
 }
 
-/// The limbs that carry a label which no limb of the other object carries.
+/// Lists the limbs that carry a label which no limb of the other object carries.
 std::vector<std::uint32_t> list_labelled_alone(const LabelCarriers& own,
                                                const LabelCarriers& other) {
-  std::vector<std::uint32_t> alone;
+  std::vector<std::uint32_t> limbs_alone;
   for (const auto& [label, limbs] : own)
-    if (!other.contains(label)) alone.insert(alone.end(), limbs.begin(), limbs.end());
-  return alone;
+    if (!other.contains(label)) limbs_alone.insert(limbs_alone.end(), limbs.begin(), limbs.end());
+  return limbs_alone;
 }
 
-/// Limbs that become each other by the user's landmarks, then by the labels: of those that sit on
-/// each other the longest, whole arms rather than their fingers.
+/// Chooses the limbs that become each other by the user's landmarks, then those by the labels. Of
+/// limbs that sit on each other only the longest is chosen: a whole arm rather than its fingers.
 std::vector<ChosenLimbs> choose_limbs(const std::vector<ChosenLimbs>& by_landmarks,
                                       const std::vector<ChosenLimbs>& by_labels, const Limbs& a,
                                       const Limbs& b) {
+  // The choices with the longest limbs come first. Lengths are relative to the object's reach.
   const auto longest_of = [](const Limbs& all, const std::vector<std::uint32_t>& limbs) {
     double longest = 0;
     for (const std::uint32_t i : limbs) longest = std::max(longest, all.limbs[i].length());
@@ -231,37 +243,39 @@ std::vector<ChosenLimbs> choose_limbs(const std::vector<ChosenLimbs>& by_landmar
   const auto length_of = [&](const ChosenLimbs& choice) {
     return longest_of(a, choice.from) + longest_of(b, choice.to);
   };
+  // The limbs that are chosen already.
   std::vector<std::uint32_t> from_taken, to_taken;
-  const auto take_free = [](const Limbs& all, std::vector<std::uint32_t> limbs,
-                            const std::vector<std::uint32_t>& taken) {
+  // Selects those of `limbs` that overlap neither `taken` limbs nor each other, the longest first.
+  const auto select_free = [](const Limbs& all, std::vector<std::uint32_t> limbs,
+                              const std::vector<std::uint32_t>& taken) {
     std::stable_sort(limbs.begin(), limbs.end(), [&](std::uint32_t i, std::uint32_t k) {
       return all.limbs[i].length() > all.limbs[k].length();
     });
-    std::vector<std::uint32_t> free;
+    std::vector<std::uint32_t> free_limbs;
     const auto overlaps = [&](std::uint32_t limb, const std::vector<std::uint32_t>& others) {
       return std::any_of(others.begin(), others.end(),
                          [&](std::uint32_t other) { return overlap(all, limb, other); });
     };
     for (const std::uint32_t limb : limbs)
-      if (!overlaps(limb, taken) && !overlaps(limb, free)) free.push_back(limb);
-    return free;
+      if (!overlaps(limb, taken) && !overlaps(limb, free_limbs)) free_limbs.push_back(limb);
+    return free_limbs;
   };
   std::vector<ChosenLimbs> chosen;
-  const auto take = [&](std::vector<ChosenLimbs> choices) {
+  const auto add_choices = [&](std::vector<ChosenLimbs> choices) {
     std::stable_sort(
         choices.begin(), choices.end(),
         [&](const ChosenLimbs& p, const ChosenLimbs& q) { return length_of(p) > length_of(q); });
     for (const ChosenLimbs& choice : choices) {
-      const ChosenLimbs free = {take_free(a, choice.from, from_taken),
-                                take_free(b, choice.to, to_taken), choice.is_by_name};
-      if (free.from.empty() || free.to.empty()) continue;
-      from_taken.insert(from_taken.end(), free.from.begin(), free.from.end());
-      to_taken.insert(to_taken.end(), free.to.begin(), free.to.end());
-      chosen.push_back(free);
+      const ChosenLimbs free_limbs = {select_free(a, choice.from, from_taken),
+                                      select_free(b, choice.to, to_taken), choice.is_by_name};
+      if (free_limbs.from.empty() || free_limbs.to.empty()) continue;
+      from_taken.insert(from_taken.end(), free_limbs.from.begin(), free_limbs.from.end());
+      to_taken.insert(to_taken.end(), free_limbs.to.begin(), free_limbs.to.end());
+      chosen.push_back(free_limbs);
     }
   };
-  take(by_landmarks);
-  take(by_labels);
+  add_choices(by_landmarks);
+  add_choices(by_labels);
   return chosen;
 }
 
@@ -272,13 +286,13 @@ double field_at(const std::vector<Ball>& balls, Vec3d p) {
     const Vec3d d = p - Vec3d(ball.center);
     const double q = dot(d, to_mat3(ball.shape) * d) * static_cast<double>(ball.a);
     const double exponent = static_cast<double>(ball.w) - q;
-    constexpr double kNothing = -40;
-    if (exponent > kNothing) sum += exp_scalar(exponent);
+    constexpr double kMinExponent = -40;  // smaller terms do not count
+    if (exponent > kMinExponent) sum += exp_scalar(exponent);
   }
   return sum;
 }
 
-/// The point of the balls' surface between one inside and one outside.
+/// Finds the point of the balls' surface between a point inside and one outside, by bisection.
 Vec3d surface_between(const std::vector<Ball>& balls, Vec3d inside, Vec3d outside) {
   constexpr int kHalvings = 24;
   for (int k = 0; k < kHalvings; ++k) {
@@ -288,31 +302,34 @@ Vec3d surface_between(const std::vector<Ball>& balls, Vec3d inside, Vec3d outsid
   return outside;
 }
 
-/// The point of the balls' surface where a limb of another object begins or ends that comes out at
-/// `place` in this direction.
+/// Finds the point of the balls' surface at which a lone limb of the other object begins or ends.
+/// `place`: the limb's root, mapped to this object; `direction`: the limb's direction there.
 Vec3d place_on_surface(const std::vector<Ball>& balls, const Limbs& limbs, Vec3d place,
                        Vec3d direction) {
-  constexpr double kStep = 0.02;  // of the reach
+  constexpr double kStep = 0.02;  // fraction of Limbs::reach
   constexpr int kSteps = 100;
+  // From inside, go along the limb until the surface.
   if (field_at(balls, place) >= 1) {
     const Vec3d step = direction * (kStep * limbs.reach);
     for (int k = 1; k <= kSteps; ++k) {
       const Vec3d next = place + step * static_cast<double>(k);
       if (field_at(balls, next) < 1) return surface_between(balls, next - step, next);
     }
-    return place;
+    return place;  // the surface is farther away than twice the reach
   }
+  // From outside, go towards the nearest ball.
   const auto nearest = std::ranges::min_element(
       balls, {}, [&](const Ball& ball) { return length(Vec3d(ball.center) - place); });
   const Vec3d center(nearest->center);
   return field_at(balls, center) >= 1 ? surface_between(balls, center, place) : center;
 }
 
-/// The outermost limbs that neither are matched or labelled nor hold or sit on one that is.
+/// Lists the lone limbs: those that are small and slim and overlap no matched or labelled limb. Of
+/// lone limbs that sit on each other only the outer one, which holds the others, is listed.
 std::vector<std::uint32_t> list_lone_limbs(const Limbs& limbs,
                                            std::span<const std::uint32_t> matched,
                                            std::span<const std::uint32_t> labelled) {
-  // What is larger or thicker is a body.
+  // Limbs with more volume, or less length per thickness, count as the body.
   constexpr double kMaxVolume = 0.15, kMinSlimness = 1.5;
   const auto overlaps = [&](std::uint32_t k) {
     return [&limbs, k](std::uint32_t i) { return overlap(limbs, i, k); };
@@ -320,9 +337,9 @@ std::vector<std::uint32_t> list_lone_limbs(const Limbs& limbs,
   std::vector<std::uint32_t> candidates;
   for (std::uint32_t k = 0; k < limbs.limbs.size(); ++k) {
     const Limb& limb = limbs.limbs[k];
-    double radius = 0;
-    for (const double r : limb.radius) radius += r / static_cast<double>(kLimbStations);
-    if (limb.volume <= kMaxVolume && limb.length() >= kMinSlimness * 2 * radius &&
+    double mean_radius = 0;
+    for (const double r : limb.radius) mean_radius += r / static_cast<double>(kLimbStations);
+    if (limb.volume <= kMaxVolume && limb.length() >= kMinSlimness * 2 * mean_radius &&
         std::none_of(matched.begin(), matched.end(), overlaps(k)) &&
         std::none_of(labelled.begin(), labelled.end(), overlaps(k)))
       candidates.push_back(k);
@@ -330,8 +347,8 @@ std::vector<std::uint32_t> list_lone_limbs(const Limbs& limbs,
   std::vector<std::uint32_t> lone;
   for (const std::uint32_t k : candidates)
     if (std::none_of(candidates.begin(), candidates.end(), [&](std::uint32_t i) {
-          const std::vector<std::uint32_t>& on = limbs.limbs[i].inner;
-          return std::find(on.begin(), on.end(), k) != on.end();
+          const std::vector<std::uint32_t>& inner_limbs = limbs.limbs[i].inner;
+          return std::find(inner_limbs.begin(), inner_limbs.end(), k) != inner_limbs.end();
         }))
       lone.push_back(k);
   return lone;
@@ -348,13 +365,14 @@ LimbCurve make_curve(const Limb& limb) {
   return curve;
 }
 
-/// The share of a limb's length at a ball.
+/// The position of a ball along a limb, as a fraction of the limb's length.
 double station_of(const Limbs& limbs, const Limb& limb, std::size_t ball) {
   return std::clamp(
       (limbs.ball_distances[ball] - limb.root_distance) / std::max(limb.length(), 1e-9), 0.0, 1.0);
 }
 
-/// The curves of the limbs of `own`, whose balls are carried to `places` of the other object.
+/// Makes the curves of the limbs of `own`. `places`: warp_balls() of `balls`, their positions in
+/// the other object. `angle`: rotation about the vertical from `own` to `other`, radians.
 LimbCurves make_curves(const std::vector<Ball>& balls, const Limbs& own,
                        std::span<const std::uint32_t> matched,
                        std::span<const std::uint32_t> labelled,
@@ -362,6 +380,7 @@ LimbCurves make_curves(const std::vector<Ball>& balls, const Limbs& own,
                        const std::vector<Vec3d>& places, double angle) {
   const std::vector<std::uint32_t> lone = list_lone_limbs(own, matched, labelled);
   LimbCurves curves;
+  // Station of each ball on its lone or matched limb.
   curves.lone_limbs = limb_indices_of_balls(own, lone);
   const std::vector<std::int32_t> matched_limbs = limb_indices_of_balls(own, matched);
   for (std::size_t b = 0; b < balls.size(); ++b) {
@@ -372,12 +391,13 @@ LimbCurves make_curves(const std::vector<Ball>& balls, const Limbs& own,
       station = station_of(own, own.limbs[matched[static_cast<std::size_t>(matched_limbs[b])]], b);
     curves.stations.push_back(static_cast<float>(station));
   }
+  // Centre lines, and the counterparts of lone limbs.
   for (const std::uint32_t limb : matched) curves.matched.push_back(make_curve(own.limbs[limb]));
   const Mat3 rotation = about_vertical(angle);
-  for (const std::uint32_t number : lone) {
-    const Limb& limb = own.limbs[number];
+  for (const std::uint32_t limb_index : lone) {
+    const Limb& limb = own.limbs[limb_index];
     curves.lone.push_back(make_curve(limb));
-    // The body around the root says where it goes.
+    // The root moves like the nearest ball of the body.
     const Vec3d root(curves.lone.back().points[0]);
     std::size_t nearest = balls.size();
     const auto distance = [&](std::size_t b) { return length(Vec3d(balls[b].center) - root); };
@@ -385,16 +405,16 @@ LimbCurves make_curves(const std::vector<Ball>& balls, const Limbs& own,
       if (curves.lone_limbs[b] == kNoLabel && matched_limbs[b] == kNoLabel &&
           (nearest == balls.size() || distance(b) < distance(nearest)))
         nearest = b;
-    Vec3d place = other.center;
+    Vec3d target = other.center;
     if (nearest < balls.size())
-      place = places[nearest] + rotation * (root - Vec3d(balls[nearest].center));
+      target = places[nearest] + rotation * (root - Vec3d(balls[nearest].center));
     curves.counterparts.push_back(to_float(place_on_surface(
-        other_balls, other, place, rotation * normalized(limb.line[1] - limb.line[0]))));
+        other_balls, other, target, rotation * normalized(limb.line[1] - limb.line[0]))));
   }
   return curves;
 }
 
-/// The balls of no lone limb.
+/// Lists the balls that belong to no lone limb.
 std::vector<std::uint32_t> list_body(const LimbCurves& curves, std::size_t count) {
   std::vector<std::uint32_t> body;
   for (std::uint32_t b = 0; b < count; ++b)
@@ -402,28 +422,29 @@ std::vector<std::uint32_t> list_body(const LimbCurves& curves, std::size_t count
   return body;
 }
 
-CostSide part_of_side(const CostSide& side, const std::vector<std::uint32_t>& balls) {
-  CostSide part;
+/// Makes the side that consists of some of a side's balls.
+CostSide select_balls(const CostSide& side, const std::vector<std::uint32_t>& balls) {
+  CostSide selection;
   for (const std::uint32_t b : balls) {
-    part.mass.push_back(side.mass[b]);
-    if (!side.labels.empty()) part.labels.push_back(side.labels[b]);
+    selection.mass.push_back(side.mass[b]);
+    if (!side.labels.empty()) selection.labels.push_back(side.labels[b]);
   }
   for (const std::vector<float>& axis : side.values) {
-    std::vector<float>& values = part.values.emplace_back();
+    std::vector<float>& values = selection.values.emplace_back();
     for (const std::uint32_t b : balls) values.push_back(axis[b]);
   }
-  return part;
+  return selection;
 }
 
-/// The body's ball nearest to a place.
+/// Finds the ball of the body that is nearest to a place. `body`: list_body().
 std::uint32_t nearest_ball(const std::vector<Ball>& balls, const std::vector<std::uint32_t>& body,
                            Vec3 place) {
   return *std::ranges::min_element(
       body, {}, [&](std::uint32_t b) { return length(balls[b].center - place); });
 }
 
-/// The limbs of either object that a plan matches, and where it takes each object's balls in the
-/// other.
+/// The matched limbs of both objects, and warp_balls() of each object's balls: their positions in
+/// the other object.
 struct WarpedSides {
   std::vector<std::uint32_t> from_matched, to_matched;
   std::vector<Vec3d> from_in_to, to_in_from;
@@ -452,16 +473,17 @@ LimbPlan find_limbs_of_sides(const PlanSide& from, const PlanSide& to,
                    [&] { plan.to = find_limbs(to.balls); });
   PlanSide a = from, b = to;
   if (settings.label_mode == LabelMode::kOff) a.labels.clear(), b.labels.clear();
-  drop_labels_of_one(a, b);
+  drop_unshared_labels(a, b);
   join_labels_on_limbs(a, b, plan.from, plan.to);
   plan.choices.allowed = allowed_limbs(a, b, plan.from, plan.to);
-  const LabelCarriers carriers = limbs_of_labels(a, plan.from),
-                      others = limbs_of_labels(b, plan.to);
-  plan.from_labelled = list_labelled_alone(carriers, others);
-  plan.to_labelled = list_labelled_alone(others, carriers);
+  const LabelCarriers from_carriers = limbs_of_labels(a, plan.from),
+                      to_carriers = limbs_of_labels(b, plan.to);
+  plan.from_labelled = list_labelled_alone(from_carriers, to_carriers);
+  plan.to_labelled = list_labelled_alone(to_carriers, from_carriers);
   plan.choices.chosen = choose_limbs(
       list_landmark_choices(a, b, plan.from, plan.to, plan.choices.allowed),
-      list_label_choices(carriers, others, settings.labels.empty()), plan.from, plan.to);
+      list_label_choices(from_carriers, to_carriers, settings.labels.empty()), plan.from, plan.to);
+  // Within a choice, limbs may be matched even if `allowed` forbade it.
   for (const ChosenLimbs& choice : plan.choices.chosen)
     for (const std::uint32_t i : choice.from)
       for (const std::uint32_t k : choice.to) plan.choices.allowed[i][k] = 1;
@@ -484,41 +506,43 @@ std::vector<Pair> pair_bodies(const CostPair& sides, LabelMode mode, const LimbC
   const std::vector<std::uint32_t> from = list_body(from_curves, sides.a.size()),
                                    to = list_body(to_curves, sides.b.size());
   std::vector<Pair> pairs = pair_by_transport(
-      {part_of_side(sides.a, from), part_of_side(sides.b, to), sides.label_cost}, mode);
+      {select_balls(sides.a, from), select_balls(sides.b, to), sides.label_cost}, mode);
   for (Pair& pair : pairs) pair.from = from[pair.from], pair.to = to[pair.to];
   return pairs;
 }
 
 void add_lone_pairs(MorphPlan& plan) {
-  // Shares of the bodies' balls that lone limbs shrink into, and the weight of such a pair.
+  // Share that a ball of the body gives to each pair of a lone limb, and the mass of such a pair.
   constexpr float kShare = 1e-4f;
   constexpr double kMass = 1e-6;
-  const std::size_t bodies = plan.pairs.size();
+  const std::size_t body_pairs = plan.pairs.size();
   const std::vector<std::uint32_t> from = list_body(plan.from_curves, plan.from.size()),
                                    to = list_body(plan.to_curves, plan.to.size());
-  std::vector<std::size_t> from_guests(plan.from.size(), 0), to_guests(plan.to.size(), 0);
+  // Per ball of a body, the number of its pairs with balls of lone limbs.
+  std::vector<std::size_t> from_lone_pairs(plan.from.size(), 0), to_lone_pairs(plan.to.size(), 0);
   for (std::uint32_t b = 0; b < plan.from_curves.lone_limbs.size(); ++b)
     if (const std::int32_t limb = plan.from_curves.lone_limbs[b]; limb != kNoLabel) {
-      const Vec3 place = plan.from_curves.counterparts[static_cast<std::size_t>(limb)];
-      plan.pairs.push_back({b, nearest_ball(plan.to, to, place), 1, kShare});
-      ++to_guests[plan.pairs.back().to];
+      const Vec3 counterpart = plan.from_curves.counterparts[static_cast<std::size_t>(limb)];
+      plan.pairs.push_back({b, nearest_ball(plan.to, to, counterpart), /*from_share=*/1, kShare});
+      ++to_lone_pairs[plan.pairs.back().to];
     }
   for (std::uint32_t b = 0; b < plan.to_curves.lone_limbs.size(); ++b)
     if (const std::int32_t limb = plan.to_curves.lone_limbs[b]; limb != kNoLabel) {
-      const Vec3 place = plan.to_curves.counterparts[static_cast<std::size_t>(limb)];
-      plan.pairs.push_back({nearest_ball(plan.from, from, place), b, kShare, 1});
-      ++from_guests[plan.pairs.back().from];
+      const Vec3 counterpart = plan.to_curves.counterparts[static_cast<std::size_t>(limb)];
+      plan.pairs.push_back({nearest_ball(plan.from, from, counterpart), b, kShare, /*to_share=*/1});
+      ++from_lone_pairs[plan.pairs.back().from];
     }
-  double mass = 0;
-  for (std::size_t e = 0; e < bodies; ++e) {
+  // The body's balls give up the lone pairs' shares and masses, so that sums of 1 stay.
+  double body_mass = 0;
+  for (std::size_t e = 0; e < body_pairs; ++e) {
     Pair& pair = plan.pairs[e];
-    pair.from_share *= 1 - kShare * static_cast<float>(from_guests[pair.from]);
-    pair.to_share *= 1 - kShare * static_cast<float>(to_guests[pair.to]);
-    mass += pair.mass;
+    pair.from_share *= 1 - kShare * static_cast<float>(from_lone_pairs[pair.from]);
+    pair.to_share *= 1 - kShare * static_cast<float>(to_lone_pairs[pair.to]);
+    body_mass += pair.mass;
   }
-  const double lone_mass = kMass * static_cast<double>(plan.pairs.size() - bodies);
+  const double lone_mass = kMass * static_cast<double>(plan.pairs.size() - body_pairs);
   for (std::size_t e = 0; e < plan.pairs.size(); ++e)
-    plan.pairs[e].mass = e < bodies ? plan.pairs[e].mass * (1 - lone_mass) / mass : kMass;
+    plan.pairs[e].mass = e < body_pairs ? plan.pairs[e].mass * (1 - lone_mass) / body_mass : kMass;
 }
 
 LimbMatch match_at(LimbPlan& plan, double angle) {
@@ -533,8 +557,8 @@ std::vector<Vec3d> warp_balls(const std::vector<Ball>& balls, const Limbs& own, 
   // A root's displacement dominates within this fraction of the reach.
   constexpr double kRootRadius = 0.08;
   const Mat3 rotation = about_vertical(angle);
-  const auto place_over = [&](Vec3d p) { return other.center + rotation * (p - own.center); };
-  std::vector<Vec3d> places;
+  const auto carry_rigidly = [&](Vec3d p) { return other.center + rotation * (p - own.center); };
+  std::vector<Vec3d> positions;
   for (std::size_t b = 0; b < balls.size(); ++b) {
     const Vec3d p(balls[b].center);
     const auto limb_match =
@@ -542,39 +566,39 @@ std::vector<Vec3d> warp_balls(const std::vector<Ball>& balls, const Limbs& own, 
                      [&](const MatchedLimbs& pair) { return own.holds(pair.from, b); });
     if (limb_match != matched.end()) {
       const Limb &from = own.limbs[limb_match->from], &to = other.limbs[limb_match->to];
-      places.push_back(map_to_limb(p, station_of(own, from, b), from, to, rotation));
+      positions.push_back(map_to_limb(p, station_of(own, from, b), from, to, rotation));
       continue;
     }
     const auto weight_at = [&](double distance) {
-      const double near = kRootRadius * own.reach;
-      return 1 / (distance * distance + near * near);
+      const double root_radius = kRootRadius * own.reach;
+      return 1 / (distance * distance + root_radius * root_radius);
     };
     double weights = weight_at(own.ball_distances[b]);  // the centre is not displaced
     Vec3d sum;
     for (const MatchedLimbs& pair : matched) {
       const double weight = weight_at(own.ball_root_distances[pair.from][b]);
-      sum =
-          sum + (other.limbs[pair.to].line[0] - place_over(own.limbs[pair.from].line[0])) * weight;
+      sum = sum +
+            (other.limbs[pair.to].line[0] - carry_rigidly(own.limbs[pair.from].line[0])) * weight;
       weights += weight;
     }
-    places.push_back(place_over(p) + sum * (1 / weights));
+    positions.push_back(carry_rigidly(p) + sum * (1 / weights));
   }
-  return places;
+  return positions;
 }
 
 std::vector<std::int32_t> limb_indices_of_balls(const Limbs& limbs,
                                                 std::span<const std::uint32_t> matched) {
-  std::vector<std::int32_t> labels(limbs.ball_limbs.size(), kNoLabel);
-  for (std::size_t b = 0; b < labels.size(); ++b)
+  std::vector<std::int32_t> indices(limbs.ball_limbs.size(), kNoLabel);
+  for (std::size_t b = 0; b < indices.size(); ++b)
     for (std::size_t n = 0; n < matched.size(); ++n)
-      if (limbs.holds(matched[n], b)) labels[b] = static_cast<std::int32_t>(n);
-  return labels;
+      if (limbs.holds(matched[n], b)) indices[b] = static_cast<std::int32_t>(n);
+  return indices;
 }
 
 std::pair<std::vector<double>, std::vector<double>> balance_masses(
     std::span<const double> from, std::span<const std::int32_t> from_limbs,
     std::span<const double> to, std::span<const std::int32_t> to_limbs) {
-  constexpr double kMinShare = 1e-6;
+  constexpr double kMinShare = 1e-6;  // keeps the ratio of shares finite
   const auto shares = [](std::span<const double> masses, std::span<const std::int32_t> limbs) {
     std::map<std::int32_t, double> sums;
     for (std::size_t b = 0; b < masses.size(); ++b) sums[limbs[b]] += masses[b];
@@ -584,16 +608,16 @@ std::pair<std::vector<double>, std::vector<double>> balance_masses(
   const auto balance = [](std::span<const double> masses, std::span<const std::int32_t> limbs,
                           std::map<std::int32_t, double>& own,
                           std::map<std::int32_t, double>& other) {
-    std::vector<double> result;
+    std::vector<double> balanced;
     double sum = 0;
     for (std::size_t b = 0; b < masses.size(); ++b) {
       const double own_share = std::max(own[limbs[b]], double{kMinShare}),
                    other_share = std::max(other[limbs[b]], double{kMinShare});
-      result.push_back(std::max(masses[b] * std::sqrt(other_share / own_share), 1e-9));
-      sum += result.back();
+      balanced.push_back(std::max(masses[b] * std::sqrt(other_share / own_share), 1e-9));  // > 0
+      sum += balanced.back();
     }
-    for (double& mass : result) mass /= sum;
-    return result;
+    for (double& mass : balanced) mass /= sum;
+    return balanced;
   };
   return {balance(from, from_limbs, from_shares, to_shares),
           balance(to, to_limbs, to_shares, from_shares)};
@@ -606,11 +630,13 @@ std::pair<CostSide, CostSide> limb_cost_sides(const LimbPlan& limbs, const std::
   const auto make_side = [&](std::size_t count, const CostSide& plain, const auto& in_to,
                              const auto& in_from, const Limbs& own) {
     CostSide side;
+    // Adds an axis of the feature space; value(b): coordinate of ball b.
     const auto axis = [&](const auto& value) {
       std::vector<float> values(count);
       for (std::size_t b = 0; b < count; ++b) values[b] = static_cast<float>(value(b));
       side.values.push_back(std::move(values));
     };
+    // sqrt(0.5), because half of each squared distance counts.
     const double to_scale = std::sqrt(0.5) / limbs.to.rms,
                  from_scale = std::sqrt(0.5) / limbs.from.rms;
     axis([&](std::size_t b) { return (in_to(b).x - limbs.to.middle.x) * to_scale; });
@@ -634,6 +660,7 @@ std::pair<CostSide, CostSide> limb_cost_sides(const LimbPlan& limbs, const std::
   const auto warped_center = [](const std::vector<Vec3d>& places) {
     return [&places](std::size_t b) { return places[b]; };
   };
+  // A ball's centre in the target, then in the source: own or warped.
   std::pair sides(
       make_side(from.size(), from_side, warped_center(from_in_to), center(from), limbs.from),
       make_side(to.size(), to_side, center(to), warped_center(to_in_from), limbs.to));
@@ -647,7 +674,8 @@ std::vector<std::pair<std::string, std::string>> list_limb_names(const LimbPlan&
                                                                  double angle) {
   const std::vector<std::string> from = limb_names(limbs.from), to = limb_names(limbs.to, angle);
   std::vector<std::pair<std::string, std::string>> names;
-  std::uint32_t from_done = 0, to_done = 0;
+  // Masks of the limbs that are matched, and of those that sit on a matched limb.
+  std::uint32_t from_listed = 0, to_listed = 0;
   const auto mask = [](const Limbs& all, std::uint32_t limb) {
     std::uint32_t bits = 1u << limb;
     for (const std::uint32_t i : all.limbs[limb].inner) bits |= 1u << i;
@@ -655,13 +683,14 @@ std::vector<std::pair<std::string, std::string>> list_limb_names(const LimbPlan&
   };
   for (const auto& [i, k] : limbs.match.limbs) {
     names.emplace_back(from[i], to[k]);
-    from_done |= mask(limbs.from, i);
-    to_done |= mask(limbs.to, k);
+    from_listed |= mask(limbs.from, i);
+    to_listed |= mask(limbs.to, k);
   }
   for (std::uint32_t i = 0; i < from.size(); ++i)
-    if (limbs.from.limbs[i].inner.empty() && !(from_done >> i & 1)) names.emplace_back(from[i], "");
+    if (limbs.from.limbs[i].inner.empty() && !(from_listed >> i & 1))
+      names.emplace_back(from[i], "");
   for (std::uint32_t k = 0; k < to.size(); ++k)
-    if (limbs.to.limbs[k].inner.empty() && !(to_done >> k & 1)) names.emplace_back("", to[k]);
+    if (limbs.to.limbs[k].inner.empty() && !(to_listed >> k & 1)) names.emplace_back("", to[k]);
   return names;
 }
 

@@ -21,9 +21,9 @@ namespace polymorph {
 struct LimbPlan {
   Limbs from, to;
   LimbChoices choices = {};  ///< choices by the user's labels and landmarks
-  LimbMatch match = {};      ///< the match that the plan uses
+  LimbMatch match = {};      ///< match that the plan uses; set by the caller
   /// Limbs that carry a label which the other object has on no limb, only on its body. They become
-  /// that part of the body, so they are not lone limbs.
+  /// that part of the body, so they are not lone limbs (LimbCurves::lone).
   std::vector<std::uint32_t> from_labelled = {}, to_labelled = {};
   /// Results of match_at(): the angles at which it was called, radians, and the matches.
   std::vector<std::pair<double, LimbMatch>> searched = {};
@@ -67,16 +67,17 @@ std::pair<std::vector<double>, std::vector<double>> balance_masses(
     std::span<const double> to, std::span<const std::int32_t> to_limbs);
 
 /// Makes the sides of the transport problem with limbs. The cost of balls p and q is half the
-/// squared distance between warp_balls() of p and q, plus half of that between p and the warped
-/// q, each relative to the object's RMS size. The squared differences of the geodesic distances
-/// from the centres (weight 0.3) and of the distances to the landmarks are added. `from_side`,
-/// `to_side`: the sides without limbs (make_cost_side()), of which masses, labels and landmarks are
-/// used.
+/// squared distance between warp_balls() of p and q, plus half the squared distance between p and
+/// the warped q, each relative to the object's RMS size. The squared differences of the geodesic
+/// distances from the centres (weight 0.3) and of the distances to the landmarks are added.
+/// `from_side`, `to_side`: the sides without limbs (make_cost_side()), of which masses, labels and
+/// landmarks are used.
 std::pair<CostSide, CostSide> limb_cost_sides(const LimbPlan& limbs, const std::vector<Ball>& from,
                                               const std::vector<Ball>& to,
                                               const CostSide& from_side, const CostSide& to_side);
 
-/// Computes the centre lines of both objects' matched and lone limbs, by `limbs.match`.
+/// Computes the centre lines of both objects' matched limbs and lone limbs (those without a
+/// counterpart), by `limbs.match`.
 std::pair<LimbCurves, LimbCurves> find_limb_curves(const LimbPlan& limbs,
                                                    const std::vector<Ball>& from,
                                                    const std::vector<Ball>& to);
@@ -92,8 +93,9 @@ std::vector<Pair> pair_bodies(const CostPair& sides, LabelMode mode, const LimbC
 /// mass of 1e-6, so that it does not change the body.
 void add_lone_pairs(MorphPlan& plan);
 
-/// Lists the names of matched limbs (limb_names.h), then those of limbs without a counterpart,
-/// whose second or first name is empty. `angle`: rotation from `from` to `to`, radians.
+/// Lists pairs of limb names (limb_names.h), of `from` and of `to`: first of matched limbs, then of
+/// limbs without a counterpart, whose other name is empty. `angle`: rotation about the vertical
+/// from `from` to `to`, radians.
 std::vector<std::pair<std::string, std::string>> list_limb_names(const LimbPlan& limbs,
                                                                  double angle = 0);
 

@@ -12,8 +12,8 @@
 namespace polymorph {
 namespace {
 
-/// Min length of a shrinking lone limb, as a fraction of its whole length, in the slope of its map,
-/// which would otherwise grow without bound.
+/// Min remaining fraction of a lone limb's length in the slope of its map. The slope grows with the
+/// inverse of that fraction.
 constexpr double kMinLength = 0.02;
 /// Min length of a matched limb's mean tangent, as a fraction of the tangents' mean length
 /// (tangents in opposite directions cancel). Max ratio of matched limbs' radii.
@@ -53,7 +53,7 @@ Mat3 stretch(Vec3d direction, double along, double across) {
 }
 
 /// Sets the slopes of a sample on a matched limb. The moving limb's tangent and radius are
-/// interpolated between those of both objects, `a` and `b`, at `u`.
+/// interpolated at `u` between the points `a` and `b` of both objects.
 void set_slopes(const CurvePoint& a, const CurvePoint& b, const PartMotion& part, double u,
                 LimbSample& sample) {
   // The target's tangent and radius, in the source's orientation and scale.
@@ -62,14 +62,14 @@ void set_slopes(const CurvePoint& a, const CurvePoint& b, const PartMotion& part
                b_radius = std::clamp(b.radius / part.total_scale, a.radius / kMaxRadiusRatio,
                                      a.radius * kMaxRadiusRatio);
   const Vec3d tangent = a.tangent * (1 - u) + b_tangent * u;
-  const double straight_length = length(a.tangent) * (1 - u) + length(b_tangent) * u;
-  const double along = std::max(length(tangent), kMinTangent * straight_length),
+  const double mean_length = length(a.tangent) * (1 - u) + length(b_tangent) * u;
+  const double moving_length = std::max(length(tangent), kMinTangent * mean_length),
                radius = a_radius * (1 - u) + b_radius * u;
   const double scale = part.pose.scale, target_scale = part.total_scale / scale;
   sample.to_source =
-      stretch(a.tangent, length(a.tangent) / (along * scale), a_radius / (radius * scale)) *
+      stretch(a.tangent, length(a.tangent) / (moving_length * scale), a_radius / (radius * scale)) *
       rotation_between(tangent, a.tangent) * part.inv_rotation;
-  sample.to_target = stretch(b.tangent, length(b_tangent) / along * target_scale,
+  sample.to_target = stretch(b.tangent, length(b_tangent) / moving_length * target_scale,
                              b_radius / radius * target_scale) *
                      rotation_between(part.total_rotation * tangent, b.tangent) *
                      part.total_rotation * part.inv_rotation;
@@ -100,16 +100,18 @@ LimbSample lone_sample(const MorphPlan& plan, std::uint32_t e, double u,
   sample.pair = e;
   sample.is_lone = true;
   sample.mass = remaining;
-  // The limb shows its own object until little of it is left.
-  const double blend = lost * lost * lost;
-  sample.progress = static_cast<float>(is_source ? blend : 1 - blend);
+  // The weight of the other object is small until little of the limb is left.
+  const double other_weight = lost * lost * lost;
+  sample.progress = static_cast<float>(is_source ? other_weight : 1 - other_weight);
+  // Positions on both objects. The other object's slope is 0: the whole limb is at one point there.
   const Vec3 own_point = to_float(point.position), counterpart = curves.counterparts[limb];
   sample.from = is_source ? own_point : counterpart;
   sample.to = is_source ? counterpart : own_point;
-  const Mat3 own_motion = is_source ? part.to_source() : part.to_target();
+  const Mat3 inv_motion = is_source ? part.to_source() : part.to_target();
   sample.to_source = sample.to_target = Mat3{{0, 0, 0, 0, 0, 0, 0, 0, 0}};
   (is_source ? sample.to_source : sample.to_target) =
-      lone_slope(point.tangent, remaining, own_motion);
+      lone_slope(point.tangent, remaining, inv_motion);
+  // The moving point lies between the moving root and the point of the unshrunk limb.
   const Vec3d root(roots[is_source ? limb : plan.from_curves.lone.size() + limb]);
   const Vec3d offset = point.position - Vec3d(curves.lone[limb].points[0]);
   const Vec3d moved_offset =
@@ -136,16 +138,18 @@ std::vector<double> pair_stations(const MorphPlan& plan) {
     const Pair& pair = plan.pairs[e];
     const std::int32_t limb = find_common_limb(plan, pair);
     if (limb == kNoLabel) continue;
+    // The sum of both balls' stations; only the order matters.
     ball_stations[e] = static_cast<double>(plan.from_curves.stations[pair.from]) +
                        static_cast<double>(plan.to_curves.stations[pair.to]);
     members[static_cast<std::size_t>(limb)].push_back(e);
   }
-  for (std::vector<std::uint32_t>& limb : members) {
-    std::stable_sort(limb.begin(), limb.end(), [&](std::uint32_t a, std::uint32_t b) {
+  for (std::vector<std::uint32_t>& limb_pairs : members) {
+    std::stable_sort(limb_pairs.begin(), limb_pairs.end(), [&](std::uint32_t a, std::uint32_t b) {
       return ball_stations[a] < ball_stations[b];
     });
-    for (std::size_t k = 0; k < limb.size(); ++k)
-      stations[limb[k]] = (static_cast<double>(k) + 0.5) / static_cast<double>(limb.size());
+    for (std::size_t k = 0; k < limb_pairs.size(); ++k)
+      stations[limb_pairs[k]] =
+          (static_cast<double>(k) + 0.5) / static_cast<double>(limb_pairs.size());
   }
   return stations;
 }
@@ -159,8 +163,10 @@ std::vector<LimbSample> limb_samples(const MorphPlan& plan, float time,
   PM_CHECK(balls.size() == plan.pairs.size() && eased.size() == plan.pairs.size());
   const std::vector<Vec3> roots = move_points(plan, plan.lone_roots, time, balls);
   const std::vector<double> stations = pair_stations(plan);
+  // Samples of matched limbs move as landmarks do: their positions are computed at the end,
+  // together.
   std::vector<PlanLandmark> line_points;
-  std::vector<std::size_t> matched;
+  std::vector<std::size_t> matched_samples;
   for (std::uint32_t e = 0; e < plan.pairs.size(); ++e) {
     const Pair& pair = plan.pairs[e];
     const double u = std::clamp(static_cast<double>(eased[e]), 0.0, 1.0);
@@ -180,13 +186,13 @@ std::vector<LimbSample> limb_samples(const MorphPlan& plan, float time,
     sample.from = to_float(a.position);
     sample.to = to_float(b.position);
     set_slopes(a, b, part_motion(plan.paths->parts[plan.paths->balls[e].part], u), u, sample);
-    matched.push_back(samples.size());
+    matched_samples.push_back(samples.size());
     line_points.push_back({sample.from, sample.to, e});
     samples.push_back(sample);
   }
   const std::vector<Vec3> positions = move_points(plan, line_points, time, balls);
-  for (std::size_t k = 0; k < matched.size(); ++k) {
-    LimbSample& sample = samples[matched[k]];
+  for (std::size_t k = 0; k < matched_samples.size(); ++k) {
+    LimbSample& sample = samples[matched_samples[k]];
     const float u = eased[sample.pair];
     sample.center = u <= 0 ? sample.from : u >= 1 ? sample.to : positions[k];
   }

@@ -13,23 +13,25 @@ namespace polymorph {
 namespace {
 
 constexpr std::uint32_t kNone = VoxelSolid::kNone;
+/// Max number of tips. The pruned tree then has at most 13 nodes, so that the limbs of tips and
+/// nodes fit a mask of 32 bits (Limbs::ball_limbs).
 constexpr std::size_t kMaxTips = 14;
-/// Min prominence of a tip, as a fraction of the largest distance from the centre, and of the local
-/// radius at the limb's root.
+/// Min prominence of a tip (its distance from the centre minus its saddle's), as a fraction of the
+/// largest distance from the centre, and of the local radius at the saddle.
 constexpr double kMinProminence = 0.1, kMinProminenceInRadii = 0.5;
 /// Conditions on a limb on which others sit: its min length, as a fraction of the largest distance
-/// from the centre and of the longest of those other limbs, and its max fraction of the volume.
+/// from the centre, and of the longest limb that sits on it; and its max fraction of the volume.
 constexpr double kMinInnerLength = 0.06, kMinInnerLengthInLimbs = 0.4, kMaxInnerVolume = 0.25;
 
 /// The object's voxels, with the distances and order in which its limbs are found.
 struct Body {
   VoxelSolid solid;
-  std::vector<std::uint32_t> radii;  ///< local_radii()
-  std::uint32_t center = 0;
+  std::vector<std::uint32_t> radii;     ///< local_radii()
+  std::uint32_t center = 0;             ///< voxel of Limbs::center
   double mean_distance = 0;             ///< mean distance from the centre, in the solid's units
   std::vector<std::uint32_t> distance;  ///< geodesic distance from the centre
   std::vector<std::uint32_t> order;     ///< voxels, the farthest first
-  std::vector<std::uint32_t> rank;      ///< inverse of `order`
+  std::vector<std::uint32_t> rank;      ///< per voxel, its position in `order`
   BodySample sample;
 };
 
@@ -161,22 +163,22 @@ std::vector<Arc> find_arcs(const Body& body, const std::vector<std::uint32_t>& t
       if (tip != tips.end()) open_arc[voxel] = static_cast<std::uint32_t>(tip - tips.begin());
       return;
     }
-    std::vector<std::uint32_t> ending;
+    std::vector<std::uint32_t> ending_arcs;
     for (const std::uint32_t root : roots)
-      if (open_arc[root] != kNone) ending.push_back(open_arc[root]);
-    if (ending.empty()) return;
+      if (open_arc[root] != kNone) ending_arcs.push_back(open_arc[root]);
+    if (ending_arcs.empty()) return;
     // Where two arcs or more meet, they end, and a new one begins.
-    std::uint32_t arc = ending.front();
-    if (ending.size() > 1) {
-      Arc joined = {arcs[arc].tip, body.center, body.distance[voxel], {}};
-      for (const std::uint32_t end : ending) {
+    std::uint32_t arc = ending_arcs.front();
+    if (ending_arcs.size() > 1) {
+      Arc new_arc = {arcs[arc].tip, body.center, body.distance[voxel], {}};
+      for (const std::uint32_t end : ending_arcs) {
         arcs[end].root = voxel;
-        if (body.distance[arcs[end].tip] > body.distance[joined.tip]) joined.tip = arcs[end].tip;
-        joined.inner.push_back(end);
-        joined.inner.insert(joined.inner.end(), arcs[end].inner.begin(), arcs[end].inner.end());
+        if (body.distance[arcs[end].tip] > body.distance[new_arc.tip]) new_arc.tip = arcs[end].tip;
+        new_arc.inner.push_back(end);
+        new_arc.inner.insert(new_arc.inner.end(), arcs[end].inner.begin(), arcs[end].inner.end());
       }
       arc = static_cast<std::uint32_t>(arcs.size());
-      arcs.push_back(std::move(joined));
+      arcs.push_back(std::move(new_arc));
     }
     open_arc[roots.front()] = arc;
   });
@@ -203,7 +205,7 @@ std::vector<std::uint32_t> collect_members(const Body& body, const Arc& arc) {
 struct Section {
   Vec3d middle;
   double radius = 0;      ///< half the thickness
-  std::size_t count = 0;  ///< number of voxels; if 0, the other members are 0, too
+  std::size_t count = 0;  ///< number of voxels; if 0, all members are 0
 };
 /// Measures the cross-section of the voxels at `at`, plus or minus `half_width`, along the limb.
 /// `along`: position of each of `members`, as a fraction of the limb's length.
@@ -277,7 +279,7 @@ std::vector<std::uint8_t> mark_limbs(const Body& body, const std::vector<Arc>& a
 }
 
 /// Computes which limbs each ball belongs to, the balls' distances from the centre and the roots,
-/// and the distances between tips. `arcs`, `members`: those of the limbs, in their order.
+/// and the distances between tips. `arcs`, `members`: per limb, its arc and collect_members().
 void add_balls(const Body& body, const std::vector<Ball>& balls, const std::vector<Arc>& arcs,
                const std::vector<std::vector<std::uint32_t>>& members, Limbs& limbs) {
   const double unit = body.solid.unit();
@@ -336,12 +338,12 @@ double mirror_overlap(const VoxelSolid& solid, Vec3d middle, double azimuth, dou
   const Vec3d normal = {exact::sin(azimuth), 0, exact::cos(azimuth)};
   const auto count = static_cast<std::uint32_t>(solid.size());
   const std::uint32_t stride = std::max(1u, count / kSamples);
-  std::size_t sampled = 0, covered = 0;
-  for (std::uint32_t i = 0; i < count; i += stride, ++sampled) {
+  std::size_t sample_count = 0, covered_count = 0;
+  for (std::uint32_t i = 0; i < count; i += stride, ++sample_count) {
     const Vec3d p = solid.center(i);
-    covered += solid.contains(p - normal * (2 * (dot(p - middle, normal) - offset)));
+    covered_count += solid.contains(p - normal * (2 * (dot(p - middle, normal) - offset)));
   }
-  return static_cast<double>(covered) / static_cast<double>(sampled);
+  return static_cast<double>(covered_count) / static_cast<double>(sample_count);
 }
 
 /// Counts the pairs of tips that the plane's reflection swaps.
@@ -367,6 +369,8 @@ int count_swapped(const Limbs& limbs, double azimuth) {
   return swapped;
 }
 
+/// Finds Limbs::mirror_planes among 60 azimuths. Of the parallel planes at five offsets from the
+/// centroid, the one with the largest overlap counts.
 std::vector<MirrorPlane> find_mirror_planes(const VoxelSolid& solid, const Limbs& limbs) {
   constexpr int kAngles = 60, kOffsets = 5;
   constexpr double kOffsetStep = 1.5;  // voxels
@@ -413,6 +417,7 @@ Limbs find_limbs(const std::vector<Ball>& balls) {
     members[at] = collect_members(body, arcs[at]);
   });
   const std::vector<std::uint8_t> is_limb = mark_limbs(body, arcs, members);
+  // List the limbs. An arc's inner arcs stand before it, so their limbs' indices are known.
   std::vector<std::uint32_t> limb_index(arcs.size(), kNone);
   std::vector<Arc> limb_arcs;
   std::vector<std::vector<std::uint32_t>> limb_members;

@@ -66,28 +66,28 @@ VolumeIntegrals integrate_ball(const std::vector<Ball>& balls, std::size_t index
                                const std::vector<Vec3>& points, Vec3d center) {
   const Ball& ball = balls[index];
   const float radius = std::sqrt(max_exponent(ball, kTail) / ball.a);
-  std::vector<std::uint32_t> near;
+  std::vector<std::uint32_t> near_indices;
   for (std::uint32_t j = 0; j < balls.size(); ++j) {
     const float other_radius =
         std::sqrt(std::max(balls[j].w + kCutoff, 0.0f) / balls[j].a) * longest_axes[j];
     const float max_distance = other_radius + radius * longest_axes[index];
     const Vec3 d = balls[j].center - ball.center;
-    if (dot(d, d) < max_distance * max_distance) near.push_back(j);
+    if (dot(d, d) < max_distance * max_distance) near_indices.push_back(j);
   }
   const Mat3 ellipsoid = to_ellipsoid(ball);
-  // Values and their sum in two loops: the compiler vectorizes the first.
+  // The values and their sum are computed in two loops, of which the compiler vectorizes the first.
   const auto value = [](const Ball& b, Vec3 x) {
-    constexpr float kLog2E = 1.44269504f, kMin = -120;
+    constexpr float kLog2E = 1.44269504f, kMin = -120;  // kMin is within exp2()'s range
     const float exponent = kLog2E * (b.w - b.a * quadratic(b.shape, x - b.center));
     return exp2(exponent > kMin ? exponent : kMin);
   };
-  std::vector<Ball> others;
-  for (const std::uint32_t j : near) others.push_back(balls[j]);
-  std::vector<float> values(others.size());
+  std::vector<Ball> near_balls;
+  for (const std::uint32_t j : near_indices) near_balls.push_back(balls[j]);
+  std::vector<float> values(near_balls.size());
   VolumeIntegrals sum;
   for (const Vec3& point : points) {
     const Vec3 x = ball.center + to_float(ellipsoid * (Vec3d(point) * static_cast<double>(radius)));
-    for (std::size_t j = 0; j < others.size(); ++j) values[j] = value(others[j], x);
+    for (std::size_t j = 0; j < near_balls.size(); ++j) values[j] = value(near_balls[j], x);
     const float field = std::accumulate(values.begin(), values.end(), 0.0f);
     if (!(field > 1)) continue;
     const auto share = static_cast<double>(value(ball, x) / field);
@@ -104,7 +104,8 @@ VolumeIntegrals integrate_ball(const std::vector<Ball>& balls, std::size_t index
 
 /// The integrals in a Gaussian field, where balls share the volume in which they overlap.
 std::vector<VolumeIntegrals> integrate_blended(const std::vector<Ball>& balls, Vec3d center) {
-  // Some 65 000 points in total. Many balls need fewer points each: neighbours are alike.
+  // Some 65 000 points in total. If there are many balls, neighbours are alike and each needs fewer
+  // points.
   const std::vector<Vec3> points =
       points_in_ball(std::clamp<std::size_t>(65536 / balls.size(), 8, 1024));
   std::vector<float> longest_axes(balls.size());
@@ -146,10 +147,11 @@ std::vector<double> ball_masses(const std::vector<Ball>& balls, FieldKind kind) 
     masses.push_back(ball.volume);
   const double sum = std::accumulate(masses.begin(), masses.end(), 0.0);
   const auto count = static_cast<double>(balls.size());
+  // Without a surface there is no volume to share.
   if (!(sum > 0)) return std::vector<double>(balls.size(), 1 / count);
   for (double& mass : masses) mass = std::max(mass / sum, 1e-4 / count);
-  const double floored = std::accumulate(masses.begin(), masses.end(), 0.0);
-  for (double& mass : masses) mass /= floored;
+  const double floored_sum = std::accumulate(masses.begin(), masses.end(), 0.0);
+  for (double& mass : masses) mass /= floored_sum;
   return masses;
 }
 

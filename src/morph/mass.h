@@ -10,9 +10,9 @@ namespace polymorph {
 
 /// Computes each ball's share of the volume inside the surface, where the field exceeds 1. In a
 /// Gaussian field, the share is the integral of (the ball's value / the field's value) over that
-/// volume, estimated at fixed points around the ball. In other fields it is the volume of the ball
-/// alone. The shares are scaled to a sum of 1; each ball gets at least 1e-4 of the mean. Parallel,
-/// deterministic.
+/// volume, estimated at fixed points around the ball. In other fields, the share is the volume of
+/// the ball alone. The shares are scaled to a sum of 1; each ball gets at least 1e-4 of the mean.
+/// Parallel, deterministic.
 std::vector<double> ball_masses(const std::vector<Ball>& balls, FieldKind kind);
 
 /// RMS distance of the points of the volume inside the surface from `center`, estimated as in

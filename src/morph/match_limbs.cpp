@@ -17,19 +17,21 @@ namespace {
 constexpr double kTip = 0.15, kRoot = 0.5, kDirection = 0.6, kLength = 0.25, kThickness = 0.15,
                  kVolume = 0.05, kDepth = 0.5, kTipHeight = 0.6, kRootHeight = 1.2, kToe = 0.4;
 constexpr double kFloorCost = 1.2;  // cost of a limb on the floor with one that is not
-constexpr double kBetween = 0.6,
-                 kRootsBetween = 0.4;  // weights of two pairs: tip distances, root directions
+/// Weights of the terms in the cost of two pairs together: the difference of the tips' geodesic
+/// distances, and the angle between the directions from root to root.
+constexpr double kBetween = 0.6, kRootsBetween = 0.4;
 /// Max cost of two limbs whose roots change sides. Running legs cross, but their roots do not.
 constexpr double kCrossingCost = 1;
-/// Cost of a limb that stays alone, per length; factor for one that sits on a matched limb; max
-/// length that counts.
+/// Cost of a limb that stays alone, per length; factor for a limb that sits on a matched one; max
+/// length that counts, relative to the mean geodesic distance.
 constexpr double kAloneCost = 1.6, kInnerFactor = 0.6, kMaxLength = 1.2;
-constexpr double kChoiceCost = 1000;          // cost of each pair fewer than the user has chosen
-constexpr double kTurnCost = 1;               // cost factor of a rotation away from the given angle
-constexpr double kMaxFloorHeight = 0.15;      // max relative height of a tip that is on the floor
-constexpr std::size_t kBeamWidth = 150;       // width of the beam: partial matchings kept per step
+constexpr double kChoiceCost = 1000;      // cost of each pair fewer than the user has chosen
+constexpr double kTurnCost = 1;           // times 1 - cos d: cost of turning d from the given angle
+constexpr double kMaxFloorHeight = 0.15;  // max relative height of a tip that is on the floor
+constexpr std::size_t kBeamWidth = 150;   // width of the beam: partial matchings kept per step
 constexpr int kStartAngles = 8, kRounds = 4;  // start angles; refinements of each
-/// Max number of searches without the halves of pairs that were found before.
+/// Max number of repeated searches, each without the half pairs of the one before
+/// (is_half_a_pair()).
 constexpr int kHalfPairRounds = 4;
 /// Min number of matched limbs, and min fraction of their length, of a certain match.
 constexpr std::size_t kMinLimbs = 3;
@@ -42,20 +44,21 @@ Vec3d rotate_about_y(Vec3d p, double sine, double cosine) {
   return {cosine * p.x + sine * p.z, p.y, cosine * p.z - sine * p.x};
 }
 
-/// The properties of a limb that are compared: in unit-RMS coordinates, logarithms of lengths over
-/// the mean geodesic distance, and heights over the object's height.
+/// The properties of a limb that are compared. Points are in unit-RMS coordinates, heights relative
+/// to the object's height, other lengths relative to the mean geodesic distance from the centre.
 struct Features {
-  Vec3d tip, root, direction, toe;
+  Vec3d tip, root, direction, toe;  // toe: direction of the last segment
+  // Logarithm of the length, distance of the tip from the centre, logarithm of the volume, heights.
   double length = 0, depth = 0, volume = 0, tip_height = 0, root_height = 0;
-  double stretch = 0;
+  double stretch = 0;                             // Limb::stretch, at most kMaxLength
   std::optional<std::size_t> choice = {};         // the user's choice that the limb belongs to
-  std::array<double, kLimbStations> thickness{};  // logarithms
+  std::array<double, kLimbStations> thickness{};  // logarithms of the radii
   std::uint32_t inner = 0, outer = 0;  // masks: limbs that sit on it, limbs that it sits on
   bool on_floor = false;
 };
 
 std::vector<Features> compute_features(const Limbs& limbs) {
-  std::vector<Features> all;
+  std::vector<Features> features;
   const auto height = [&](Vec3d p) {
     return (p.y - limbs.low) / std::max(limbs.high - limbs.low, 1e-9);
   };
@@ -76,12 +79,12 @@ std::vector<Features> compute_features(const Limbs& limbs) {
       f.thickness[k] = exact::log(std::max(limb.radius[k] / limbs.size, 1e-6));
     for (const std::uint32_t i : limb.inner) f.inner |= 1u << i;
     f.on_floor = f.tip_height < kMaxFloorHeight;
-    all.push_back(f);
+    features.push_back(f);
   }
-  for (std::size_t i = 0; i < all.size(); ++i)
-    for (std::size_t k = 0; k < all.size(); ++k)
-      if (all[i].inner >> k & 1) all[k].outer |= 1u << i;
-  return all;
+  for (std::size_t i = 0; i < features.size(); ++i)
+    for (std::size_t k = 0; k < features.size(); ++k)
+      if (features[i].inner >> k & 1) features[k].outer |= 1u << i;
+  return features;
 }
 
 /// Two objects' limbs, to be matched.
@@ -90,12 +93,13 @@ struct Problem {
   const LimbChoices& choices;
   AllowedLimbs allowed;
   std::vector<Features> a, b;
-  /// Indices of `a` in the order of the search: chosen limbs, then those that most others sit on,
-  /// then the longest.
+  /// Indices of `a` in the order of the search: the user's chosen limbs first, then by the number
+  /// of limbs on them, then by length, both descending.
   std::vector<std::uint32_t> order;
 };
 
 bool is_allowed(const Problem& problem, std::size_t i, std::size_t k) {
+  // Limbs of a choice are matched only with each other.
   if (problem.a[i].choice != problem.b[k].choice) return false;
   return problem.allowed.empty() || problem.allowed[i][k] != 0;
 }
@@ -129,24 +133,23 @@ struct Partial {
 double alone_cost(const Features& limb, std::uint32_t matched) {
   return kAloneCost * limb.stretch * (limb.outer & matched ? kInnerFactor : 1);
 }
-/// The cost of a limb that is not matched: 0 if instead a limb that sits on it is matched.
+/// The cost of a limb that is not matched: 0 if a limb that sits on it is matched in its place.
 double unmatched_cost(const Features& limb, std::uint32_t matched) {
   return !(limb.outer & matched) && (limb.inner & matched) ? 0 : alone_cost(limb, matched);
 }
 
-/// Tests whether a choice of the user gets a pair fewer if the limb at `place` of the order stays
-/// alone: the choice's limbs from there on are no more than its unmatched limbs of the other
-/// object.
-bool breaks_choice(const Problem& problem, const Partial& partial, std::size_t place) {
-  const std::optional<std::size_t> choice = problem.a[problem.order[place]].choice;
+/// Tests whether leaving the limb at `position` of the order alone costs a choice of the user a
+/// pair. It does if the choice has no more limbs of `a` from there on than unmatched limbs of `b`.
+bool breaks_choice(const Problem& problem, const Partial& partial, std::size_t position) {
+  const std::optional<std::size_t> choice = problem.a[problem.order[position]].choice;
   if (!choice) return false;
   const std::vector<std::uint32_t>& others = problem.choices.chosen[*choice].to;
-  const auto remaining =
-      std::count_if(problem.order.begin() + static_cast<std::ptrdiff_t>(place), problem.order.end(),
-                    [&](std::uint32_t i) { return problem.a[i].choice == choice; });
+  const auto limbs_left = std::count_if(
+      problem.order.begin() + static_cast<std::ptrdiff_t>(position), problem.order.end(),
+      [&](std::uint32_t i) { return problem.a[i].choice == choice; });
   const auto unmatched = std::count_if(others.begin(), others.end(),
                                        [&](std::uint32_t k) { return (partial.to >> k & 1) == 0; });
-  return remaining <= unmatched;
+  return limbs_left <= unmatched;
 }
 
 /// Degree to which two horizontal offsets between roots are opposite, [0, 1]. Short offsets count
@@ -162,25 +165,26 @@ double crossing(Vec3d a, Vec3d b) {
 double interaction_cost(const Problem& problem, const Partial& partial, std::size_t i,
                         std::size_t k, double sine, double cosine) {
   if (partial.limbs.empty()) return 0;
-  double tip_distances = 0, roots = 0, crossed = 0;
+  double tip_distances = 0, roots = 0, crossings = 0;
   for (const MatchedLimbs& other : partial.limbs) {
     tip_distances += square(problem.from.tip_distances[i][other.from] / problem.from.size -
                             problem.to.tip_distances[k][other.to] / problem.to.size);
     const Vec3d a = rotate_about_y(problem.a[i].root - problem.a[other.from].root, sine, cosine),
                 b = problem.b[k].root - problem.b[other.to].root;
     roots += (1 - dot(normalized(a), normalized(b))) / 2;
-    crossed += crossing(a, b);
+    crossings += crossing(a, b);
   }
   return kBetween * tip_distances / static_cast<double>(partial.limbs.size()) +
-         kRootsBetween * roots + kCrossingCost * crossed;
+         kRootsBetween * roots + kCrossingCost * crossings;
 }
 
 /// The cheapest matching found by beam search at a rotation about the vertical.
-Partial match_at(const Problem& problem, double angle) {
+Partial search_matching(const Problem& problem, double angle) {
   const double sine = exact::sin(angle), cosine = exact::cos(angle);
+  // Decide limb by limb: each matching of the beam leaves the limb alone or gets a pair.
   std::vector<Partial> beam(1), next;
-  for (std::size_t place = 0; place < problem.order.size(); ++place) {
-    const std::uint32_t i = problem.order[place];
+  for (std::size_t position = 0; position < problem.order.size(); ++position) {
+    const std::uint32_t i = problem.order[position];
     const Features& a = problem.a[i];
     std::vector<double> pair_costs;
     for (const Features& b : problem.b) pair_costs.push_back(pair_cost(a, b, sine, cosine));
@@ -189,10 +193,11 @@ Partial match_at(const Problem& problem, double angle) {
       next.push_back(partial);
       // Whether a limb that others sit on costs anything is known only at the end.
       if (a.inner == 0) next.back().cost += alone_cost(a, partial.from);
-      if (breaks_choice(problem, partial, place)) next.back().cost += kChoiceCost;
-      if (a.outer & partial.from) continue;
+      if (breaks_choice(problem, partial, position)) next.back().cost += kChoiceCost;
+      if (a.outer & partial.from) continue;  // sits on a matched limb
       for (std::uint32_t k = 0; k < problem.b.size(); ++k) {
         const Features& b = problem.b[k];
+        // k is matched already, sits on a matched limb or has one on it; or the pair is forbidden.
         if (((b.outer | b.inner | 1u << k) & partial.to) != 0 || !is_allowed(problem, i, k))
           continue;
         Partial extended = partial;
@@ -209,6 +214,7 @@ Partial match_at(const Problem& problem, double angle) {
     next.resize(count);
     std::swap(beam, next);
   }
+  // Add the costs that only complete matchings have, and choose the cheapest.
   const Partial* best = nullptr;
   for (Partial& partial : beam) {
     for (const Features& b : problem.b)
@@ -250,7 +256,7 @@ MatchingFit fit_from(const Problem& problem, double start, double plan_angle) {
   std::optional<MatchingFit> best;
   double angle = start;
   for (int round = 0; round < kRounds; ++round) {
-    Partial matching = match_at(problem, angle);
+    Partial matching = search_matching(problem, angle);
     matching.cost += kTurnCost * (1 - exact::cos(angle - plan_angle));
     if (best && !(matching.cost < best->matching.cost - kMinGain)) break;
     best = MatchingFit{std::move(matching), angle};
@@ -270,7 +276,8 @@ bool are_twins(const Features& a, const Features& b) {
          std::fabs(a.root_height - b.root_height) < kRoots;
 }
 
-/// Lists a limb's twins that stay alone.
+/// Lists the twins of a limb that are neither matched nor sit on a matched limb. `matched`: mask of
+/// the object's matched limbs.
 std::vector<std::uint32_t> list_lonely_twins(const std::vector<Features>& all, std::size_t limb,
                                              std::uint32_t matched) {
   std::vector<std::uint32_t> twins;
@@ -301,9 +308,9 @@ bool is_half_a_pair(const Problem& problem, const Partial& matching, const Match
   });
 }
 
-/// Forbids the pairs of a matching that are half a pair and that the user has not chosen, and those
-/// of a limb on the floor with one that is not; returns false if there is no half pair. Such a limb
-/// would otherwise take the place of the half, an arm that of a leg.
+/// Forbids the half pairs of a matching, except those that the user has chosen, and all pairs of a
+/// limb on the floor with one that is not: such a pair would otherwise replace the half pair, an
+/// arm in place of a leg. Returns false, and forbids nothing, if there is no half pair.
 bool forbid_half_pairs(Problem& problem, const Partial& matching) {
   AllowedLimbs allowed = problem.allowed;
   if (allowed.empty())
@@ -322,8 +329,8 @@ bool forbid_half_pairs(Problem& problem, const Partial& matching) {
   return true;
 }
 
-/// Matches the twins of limbs that are matched: if both limbs have one twin that stays alone, on
-/// corresponding sides, as with the second leg of either figure.
+/// Extends a matching by twins. If each of two matched limbs has exactly one twin that stays alone,
+/// and these lie on corresponding sides, they are matched: the second legs of two figures.
 void match_twins(const Problem& problem, MatchingFit& fit) {
   constexpr double kMaxCrossing = 0.5;
   const double sine = exact::sin(fit.angle), cosine = exact::cos(fit.angle);
@@ -347,7 +354,7 @@ void match_twins(const Problem& problem, MatchingFit& fit) {
   }
 }
 
-/// The cheapest matching from eight angles.
+/// Finds the cheapest matching from kStartAngles angles.
 MatchingFit find_matching(const Problem& problem, double angle) {
   std::array<MatchingFit, kStartAngles> fits;
   parallel_for(kStartAngles, [&](std::int64_t k) {
@@ -360,10 +367,10 @@ MatchingFit find_matching(const Problem& problem, double angle) {
   return *best;
 }
 
-/// Total length of the limbs that no other sits on, and the length of those of them that are
-/// matched or sit on a matched limb.
+/// Total length of the limbs that no other limb sits on, and the length of the ones among them that
+/// are matched or sit on a matched limb.
 struct Lengths {
-  double all = 0, matched = 0;
+  double total = 0, matched = 0;
 };
 Lengths sum_lengths(const Limbs& limbs, const std::vector<Features>& features,
                     std::uint32_t matched) {
@@ -371,7 +378,7 @@ Lengths sum_lengths(const Limbs& limbs, const std::vector<Features>& features,
   for (std::size_t i = 0; i < features.size(); ++i) {
     if (features[i].inner != 0) continue;
     const double length = limbs.limbs[i].stretch / limbs.size;
-    lengths.all += length;
+    lengths.total += length;
     if ((features[i].outer | 1u << i) & matched) lengths.matched += length;
   }
   return lengths;
@@ -381,6 +388,7 @@ Lengths sum_lengths(const Limbs& limbs, const std::vector<Features>& features,
 
 LimbMatch match_limbs(const Limbs& from, const Limbs& to, double angle,
                       const LimbChoices& choices) {
+  // State the problem, with the limbs of `from` in the order of the search.
   Problem problem = {
       from, to, choices, choices.allowed, compute_features(from), compute_features(to), {}};
   for (std::size_t n = 0; n < choices.chosen.size(); ++n) {
@@ -388,18 +396,20 @@ LimbMatch match_limbs(const Limbs& from, const Limbs& to, double angle,
     for (const std::uint32_t k : choices.chosen[n].to) problem.b[k].choice = n;
   }
   for (std::uint32_t i = 0; i < problem.a.size(); ++i) problem.order.push_back(i);
-  std::stable_sort(problem.order.begin(), problem.order.end(),
-                   [&](std::uint32_t i, std::uint32_t k) {
-                     const Features &a = problem.a[i], &b = problem.a[k];
-                     if (a.choice.has_value() != b.choice.has_value()) return a.choice.has_value();
-                     const int on_a = std::popcount(a.inner), on_b = std::popcount(b.inner);
-                     return on_a != on_b ? on_a > on_b : a.stretch > b.stretch;
-                   });
+  std::stable_sort(
+      problem.order.begin(), problem.order.end(), [&](std::uint32_t i, std::uint32_t k) {
+        const Features &a = problem.a[i], &b = problem.a[k];
+        if (a.choice.has_value() != b.choice.has_value()) return a.choice.has_value();
+        const int limbs_on_a = std::popcount(a.inner), limbs_on_b = std::popcount(b.inner);
+        return limbs_on_a != limbs_on_b ? limbs_on_a > limbs_on_b : a.stretch > b.stretch;
+      });
+  // Search, and repeat the search without half pairs.
   MatchingFit best = find_matching(problem, angle);
-  // Each half of a pair has a counterpart of its own, perhaps, if none may take one half alone.
+  // If no limb may take one half of a pair alone, each half may find a counterpart of its own.
   for (int round = 0; round < kHalfPairRounds && forbid_half_pairs(problem, best.matching); ++round)
     best = find_matching(problem, angle);
   match_twins(problem, best);
+  // Drop the half pairs that are left.
   LimbMatch match;
   match.limbs = best.matching.limbs;
   std::erase_if(match.limbs, [&](const MatchedLimbs& pair) {
@@ -414,11 +424,12 @@ LimbMatch match_limbs(const Limbs& from, const Limbs& to, double angle,
     for (const auto& [i, k] : match.limbs) from_matched |= 1u << i, to_matched |= 1u << k;
     const Lengths a = sum_lengths(from, problem.a, from_matched),
                   b = sum_lengths(to, problem.b, to_matched);
-    if (a.all + b.all > 0) match.share = (a.matched + b.matched) / (a.all + b.all);
+    if (a.total + b.total > 0) match.share = (a.matched + b.matched) / (a.total + b.total);
   };
   measure_share();
   if (choices.chosen.empty()) return match;
-  // Matches that the user has not chosen are kept only if the match is certain without the choice.
+  // Pairs that the user has not chosen are kept only if the match is certain without regard to the
+  // choice.
   const auto is_users = [](const ChosenLimbs& choice) { return !choice.is_by_name; };
   if (!is_certain(match)) {
     std::erase_if(match.limbs, [&](const MatchedLimbs& pair) {

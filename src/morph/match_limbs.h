@@ -18,8 +18,8 @@ struct MatchedLimbs {
 struct LimbMatch {
   std::vector<MatchedLimbs> limbs;  ///< sorted by `from`
   double angle = 0;  ///< rotation about the vertical that takes `from` to `to`, radians
-  double cost = 0;
-  /// Matched length of both objects' limbs, over their total length.
+  double cost = 0;   ///< cost of the matching before pairs were dropped from it
+  /// Matched length of both objects' limbs, over their total length; 0 if there are no limbs.
   double share = 0;
   bool is_chosen = false;  ///< the user has chosen some of the matches
 };
@@ -28,19 +28,21 @@ struct LimbMatch {
 /// limb i of `from` and limb k of `to` apart; if empty, all pairs are allowed.
 using AllowedLimbs = std::vector<std::vector<std::uint8_t>>;
 
-/// Limbs that become each other by the user's choice. As many pairs of them are matched as the side
-/// with fewer has limbs, those that cost least; with other limbs none is.
+/// Limbs that become each other by the user's choice. A limb of `from` is matched only with limbs
+/// of `to`, and vice versa. The side with fewer limbs determines the number of pairs; those that
+/// cost least are chosen.
 struct ChosenLimbs {
   std::vector<std::uint32_t> from, to;
-  /// Nobody but equal names in both files chose them: they count only in a certain match.
+  /// True if the choice follows merely from equal names in both files. It then counts only in a
+  /// certain match (is_certain()).
   bool is_by_name = false;
 };
 
 /// Choices of the user about the match.
 struct LimbChoices {
   AllowedLimbs allowed;
-  /// No limb is in two of them, nor in one together with another limb that it sits on. Within each,
-  /// all pairs are allowed.
+  /// No limb of an object is chosen twice, or together with a limb that it sits on. All pairs of
+  /// limbs within a choice are allowed.
   std::vector<ChosenLimbs> chosen;
 };
 
@@ -52,11 +54,11 @@ struct LimbChoices {
 LimbMatch match_limbs(const Limbs& from, const Limbs& to, double angle = 0,
                       const LimbChoices& choices = {});
 
-/// True if a matching is reliable enough to plan by: it has at least three limbs and three quarters
-/// of the limbs' length, or the user has chosen some of it.
+/// Tests whether a matching is reliable enough to plan by: it has at least three limbs and three
+/// quarters of the limbs' length, or the user has chosen some of it.
 bool is_certain(const LimbMatch& match);
 
-/// True if every limb of both objects has a counterpart, or sits on one that has.
+/// Tests whether every limb of both objects has a counterpart, or sits on one that has.
 bool is_complete(const LimbMatch& match);
 
 }  // namespace polymorph

@@ -52,9 +52,10 @@ Vec3d bow_vector(const MorphPlan& plan) {
   return {0, static_cast<double>(plan.motion.bend) * std::sqrt(squares / mass), 0};
 }
 
-/// The velocity with which a ball is thrown, scene units per motion: away from the centre, upwards,
-/// and at random. `from` and `to` are its positions relative to both objects' centres. The random
-/// key is the pair's index, so both ends have the same velocity.
+/// The velocity with which a ball is thrown, scene units per motion. Its direction is away from the
+/// centre, upwards, and at random; its length is 0.5 to 1 times MotionSettings::burst times the
+/// objects' size. `from` and `to` are the ball's positions relative to both objects' centres. The
+/// random key is the pair's index, so both ends have the same velocity.
 Vec3d launch_velocity(const MorphPlan& plan, std::size_t e, Vec3d from, Vec3d to) {
   const auto random = [&](std::uint64_t stream) {
     return 2 * static_cast<double>(random_float(plan.motion.seed, stream, e)) - 1;
@@ -68,6 +69,7 @@ Vec3d launch_velocity(const MorphPlan& plan, std::size_t e, Vec3d from, Vec3d to
 /// Each pair's place in the order in which pairs start: 0 for the first, 1 for the last.
 std::vector<float> starting_order(const MorphPlan& plan) {
   const std::size_t n = plan.pairs.size();
+  // Pairs start in the order of their keys.
   std::vector<double> key(n, 0);
   for (std::size_t e = 0; e < n; ++e) {
     const Pair& pair = plan.pairs[e];
@@ -103,6 +105,7 @@ std::vector<float> starting_order(const MorphPlan& plan) {
           static_cast<double>(sorted.size() - 1));
     return order;
   }
+  // Other pairs start at times proportional to their keys.
   const double range = sorted.back() - sorted.front();
   for (std::size_t e = 0; e < n && range > 0; ++e)
     order[e] = static_cast<float>((key[e] - sorted.front()) / range);
@@ -120,13 +123,13 @@ float own_time(const MorphPlan& plan, std::size_t e, float time) {
 /// The eased time at which the fraction `u` of the change is done: a monotone cubic through the
 /// plan's pacing (Fritsch and Carlson 1980). Outside (0, 1), which an easing may reach, it is `u`.
 float invert_pacing(const MorphPlan& plan, float u) {
-  const std::vector<float>& values = plan.pacing;
-  if (values.empty() || u <= 0 || u >= 1) return u;
-  const auto last = values.size() - 1;
+  const std::vector<float>& times = plan.pacing;
+  if (times.empty() || u <= 0 || u >= 1) return u;
+  const auto last = times.size() - 1;
   const float x = u * static_cast<float>(last);
   const std::size_t k = std::min(static_cast<std::size_t>(x), last - 1);
   const float t = x - static_cast<float>(k);
-  const auto secant = [&](std::size_t i) { return values[i + 1] - values[i]; };
+  const auto secant = [&](std::size_t i) { return times[i + 1] - times[i]; };
   // The harmonic mean of the neighbouring slopes keeps the curve monotone.
   const auto slope = [&](std::size_t i) {
     if (i == 0) return secant(0);
@@ -135,7 +138,7 @@ float invert_pacing(const MorphPlan& plan, float u) {
     return a > 0 && b > 0 ? 2 * a * b / (a + b) : 0.0f;
   };
   const float t2 = t * t, t3 = t2 * t;
-  return values[k] * (2 * t3 - 3 * t2 + 1) + values[k + 1] * (3 * t2 - 2 * t3) +
+  return times[k] * (2 * t3 - 3 * t2 + 1) + times[k + 1] * (3 * t2 - 2 * t3) +
          slope(k) * (t3 - 2 * t2 + t) + slope(k + 1) * (t3 - t2);
 }
 
@@ -159,8 +162,9 @@ void join_parts(const MorphPlan& plan, std::span<const float> eased, std::vector
     positions.emplace_back(balls[e].center);
     rotations.push_back(exp_rotation(plan.parts[plan.paths->balls[e].part].turn * progress[e]));
   }
-  const std::vector<Vec3d> joined = plan.graph->join_balls(positions, rotations, progress);
-  for (std::size_t e = 0; e < balls.size(); ++e) balls[e].center = to_float(joined[e]);
+  const std::vector<Vec3d> joined_positions =
+      plan.graph->join_balls(positions, rotations, progress);
+  for (std::size_t e = 0; e < balls.size(); ++e) balls[e].center = to_float(joined_positions[e]);
 }
 
 /// Softness of the moving balls. Balls that were fitted to one surface become visible one by one
@@ -194,6 +198,7 @@ MotionState make_motion_state(const MorphPlan& plan, float time) {
   // With a graph, finish_motion() adds the drift after the parts are joined.
   state.drifted = plan.graph ? 0 : drift_weight(time);
   state.thrown = plan.motion.path == Path::kExplode;
+  // 10 sizes per motion squared: with a factor of 1, balls come down within the motion.
   state.gravity = 10 * static_cast<double>(plan.motion.gravity) * plan.size;
   state.floor = plan.floor;
   state.lift = lift_at(plan, ease(plan.motion, time));
@@ -304,7 +309,7 @@ void set_ball_paths(MorphPlan& plan, RigidParts parts) {
 void set_paths(MorphPlan& plan) {
   RigidParts parts;
   plan.graph.reset();
-  // Matched limbs swing about their joints.
+  // With matched limbs, paths by parts let the limbs swing about their joints.
   if (plan.motion.path == Path::kAuto)
     plan.motion.path = plan.from_limbs.empty() ? Path::kRigid : Path::kParts;
   if (plan.motion.path == Path::kParts) {
@@ -341,9 +346,9 @@ Result<BallSet> balls_at(const MorphPlan& plan, float time, Engine& engine) {
   PM_TRY_STATUS(to_status(
       engine.move_balls(plan.paths, make_motion_state(plan, time), own_times(plan, time), balls)));
   if (!plan.graph) return balls;
-  std::vector<Ball> finished = balls.balls();
-  finish_motion(plan, time, finished);
-  return BallSet(std::move(finished));
+  std::vector<Ball> finished_balls = balls.balls();
+  finish_motion(plan, time, finished_balls);
+  return BallSet(std::move(finished_balls));
 }
 
 std::vector<Vec3> landmark_positions(const MorphPlan& plan, float time, const BallSet& balls) {
@@ -355,7 +360,7 @@ std::vector<Vec3> move_points(const MorphPlan& plan, std::span<const PlanLandmar
   if (points.empty()) return {};
   // A point moves on a path of its own in its pair's part. The graph and the drift displace the
   // pair's ball from its path; the point is displaced in the same way. `paths` holds, per point,
-  // the point's path and that of its pair.
+  // the point's path and its pair's path.
   const std::vector<float> own = own_times(plan, time);
   BallPaths paths;
   std::vector<float> times;
@@ -374,18 +379,18 @@ std::vector<Vec3> move_points(const MorphPlan& plan, std::span<const PlanLandmar
     paths.balls.push_back(pair_path);
     if (!own.empty()) times.insert(times.end(), 2, own[landmark.pair]);
   }
-  const std::vector<Ball> moved =
+  const std::vector<Ball> moved_balls =
       move_on_host(paths.balls, plan.paths->parts, times, make_motion_state(plan, time));
-  std::vector<Vec3> places;
+  std::vector<Vec3> positions;
   for (std::size_t l = 0; l < points.size(); ++l)
-    places.push_back(moved[2 * l].center +
-                     (balls[points[l].pair].center - moved[2 * l + 1].center));
-  return places;
+    positions.push_back(moved_balls[2 * l].center +
+                        (balls[points[l].pair].center - moved_balls[2 * l + 1].center));
+  return positions;
 }
 
 void continue_motion(MorphPlan& plan, const MorphPlan& before, float until, double pace) {
   PM_CHECK(plan.from.size() == before.pairs.size());
-  constexpr float kStep = 1.0f / 128;
+  constexpr float kStep = 1.0f / 128;  // of the finite differences, in the motion's time
   const auto steps_per_unit = 1 / static_cast<double>(kStep);
   const std::vector<Ball> balls_before = balls_at(before, until - kStep),
                           balls_after = balls_at(before, until + kStep);

@@ -46,12 +46,12 @@ Result<BallSet> balls_at(const MorphPlan& plan, float time, Engine& engine);
 /// of its pair (PlanLandmark::pair). At 0 (1) it is exactly at its point of the source (target).
 /// `balls`: balls_at(plan, time).
 std::vector<Vec3> landmark_positions(const MorphPlan& plan, float time, const BallSet& balls);
-/// Computes the positions of other points in the same way as those of landmarks.
+/// Computes the positions of any points as landmark_positions() does.
 std::vector<Vec3> move_points(const MorphPlan& plan, std::span<const PlanLandmark> points,
                               float time, const BallSet& balls);
 
-/// Lets the motion of `plan` continue that of `before`, whose balls at its time `until` are the
-/// source of `plan`. The balls start with the velocity that they had there, whatever the plan's
+/// Lets the motion of `plan` continue the motion of `before`, whose balls at its time `until` are
+/// the source of `plan`. The balls start with the velocity that they had there, whatever the plan's
 /// easing. The difference from their own velocity (BallPath::drift) fades out by the end of the
 /// motion. `pace`: time of `before` that passes per unit of the plan's time.
 void continue_motion(MorphPlan& plan, const MorphPlan& before, float until, double pace);
@@ -94,12 +94,12 @@ std::vector<float> pair_progress(const MorphPlan& plan, float time);
 /// Tests whether all pairs share one eased time: the plan has neither stagger nor a spring.
 bool move_together(const MorphPlan& plan);
 /// Computes each pair's eased time at `time`. If all share one, it follows the plan's pacing
-/// (MorphPlan::pacing). A spring's may lie outside [0, 1].
+/// (MorphPlan::pacing). With a spring, eased times may lie outside [0, 1].
 std::vector<float> eased_times(const MorphPlan& plan, float time);
 /// The mean of the pairs' eased times, weighted by mass. `eased`: eased_times().
 float mean_progress(const MorphPlan& plan, const std::vector<float>& eased);
-/// The rotation and scaling of the whole object: those of its only part, or else the mean of its
-/// parts, weighted by mass, about the objects' centres.
+/// The rotation and scaling of the whole object: of its only part or, with several parts, their
+/// mean, weighted by mass, about the objects' centres.
 PathPart mean_path_part(const MorphPlan& plan);
 
 /// The mean of the pairs' eased times at `time`, weighted by mass and clamped to [0, 1]. It ignores

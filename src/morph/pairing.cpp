@@ -10,6 +10,7 @@
 namespace polymorph {
 namespace {
 
+/// A pair's balls: their indices in source and target.
 using Ends = std::pair<std::uint32_t, std::uint32_t>;
 
 /// Makes pairs of `ends`. A ball that is in several pairs has an equal share in each.
@@ -31,12 +32,12 @@ struct Subproblem {
 };
 
 /// Divides the balls into transport problems: one per label that both sides have with
-/// LabelMode::kHard, otherwise one of all balls. Balls with other labels are paired with each other
-/// or, if only one side has such balls, join the other problems.
+/// LabelMode::kHard, otherwise one of all balls. Balls whose label the other side lacks form one
+/// more problem or, if only one side has such balls, join the other problems.
 std::vector<Subproblem> split_by_label(const CostPair& sides, LabelMode mode) {
   std::map<std::int32_t, Subproblem> by_label;
   // Balls whose label no ball of the other side has.
-  std::vector<std::uint32_t> unlabelled_from, unlabelled_to;
+  std::vector<std::uint32_t> unmatched_from, unmatched_to;
   for (std::uint32_t i = 0; i < sides.a.size(); ++i)
     by_label[mode == LabelMode::kHard ? sides.a.labels[i] : 0].from.push_back(i);
   for (std::uint32_t j = 0; j < sides.b.size(); ++j)
@@ -47,15 +48,15 @@ std::vector<Subproblem> split_by_label(const CostPair& sides, LabelMode mode) {
       subproblems.push_back(std::move(subproblem));
       continue;
     }
-    unlabelled_from.insert(unlabelled_from.end(), subproblem.from.begin(), subproblem.from.end());
-    unlabelled_to.insert(unlabelled_to.end(), subproblem.to.begin(), subproblem.to.end());
+    unmatched_from.insert(unmatched_from.end(), subproblem.from.begin(), subproblem.from.end());
+    unmatched_to.insert(unmatched_to.end(), subproblem.to.begin(), subproblem.to.end());
   }
-  if (!unlabelled_from.empty() && !unlabelled_to.empty()) {
-    subproblems.push_back({std::move(unlabelled_from), std::move(unlabelled_to)});
+  if (!unmatched_from.empty() && !unmatched_to.empty()) {
+    subproblems.push_back({std::move(unmatched_from), std::move(unmatched_to)});
     return subproblems;
   }
-  // Only one side has balls without a partner label. Each joins the subproblem of the ball with
-  // which it would be paired at the lowest cost.
+  // At most one side has balls whose label the other side lacks. Each of them joins the subproblem
+  // of the ball with which it would be paired at the lowest cost.
   const auto subproblem_of = [&](bool from_side, std::uint32_t ball) {
     for (std::size_t k = 0; k < subproblems.size(); ++k) {
       const auto& list = from_side ? subproblems[k].from : subproblems[k].to;
@@ -63,26 +64,26 @@ std::vector<Subproblem> split_by_label(const CostPair& sides, LabelMode mode) {
     }
     return std::size_t{0};
   };
-  const bool unlabelled_is_from = !unlabelled_from.empty();
-  const CostSide& unlabelled_side = unlabelled_is_from ? sides.a : sides.b;
-  const CostSide& other_side = unlabelled_is_from ? sides.b : sides.a;
-  std::vector<std::size_t> joined;
+  const bool unmatched_is_from = !unmatched_from.empty();
+  const CostSide& unmatched_side = unmatched_is_from ? sides.a : sides.b;
+  const CostSide& other_side = unmatched_is_from ? sides.b : sides.a;
+  std::vector<std::size_t> chosen_problems;
   std::vector<float> row(other_side.size());
-  for (const std::uint32_t ball : unlabelled_is_from ? unlabelled_from : unlabelled_to) {
-    cost_row(unlabelled_side, other_side, 0, ball, row);
-    joined.push_back(subproblem_of(
-        !unlabelled_is_from,
+  for (const std::uint32_t ball : unmatched_is_from ? unmatched_from : unmatched_to) {
+    cost_row(unmatched_side, other_side, /*label_cost=*/0, ball, row);
+    chosen_problems.push_back(subproblem_of(
+        !unmatched_is_from,
         static_cast<std::uint32_t>(std::min_element(row.begin(), row.end()) - row.begin())));
   }
-  for (std::size_t k = 0; k < joined.size(); ++k)
-    (unlabelled_is_from ? subproblems[joined[k]].from : subproblems[joined[k]].to)
-        .push_back((unlabelled_is_from ? unlabelled_from : unlabelled_to)[k]);
+  for (std::size_t k = 0; k < chosen_problems.size(); ++k)
+    (unmatched_is_from ? subproblems[chosen_problems[k]].from : subproblems[chosen_problems[k]].to)
+        .push_back((unmatched_is_from ? unmatched_from : unmatched_to)[k]);
   return subproblems;
 }
 
-/// Removes pairs that carry less than kMinShare of both their balls and are neither one's largest,
-/// and rescales the others so that the shares of a ball sum to 1 again. Such minor pairs may be
-/// half of all.
+/// Removes pairs that carry less than kMinShare of both their balls and are neither ball's largest
+/// pair, and rescales the others so that the shares of a ball sum to 1 again. Such minor pairs may
+/// be half of all.
 std::vector<Pair> drop_minor_pairs(std::vector<Pair> pairs, std::size_t from, std::size_t to) {
   constexpr float kMinShare = 0.08f;
   std::vector<float> from_max(from, 0), to_max(to, 0);

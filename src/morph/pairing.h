@@ -19,15 +19,16 @@ struct CostPair {
 };
 
 /// Pairs balls in list order (the report's correspondence, 5.2.7). The surplus balls of the longer
-/// list are paired with pseudo-randomly chosen balls of the other.
+/// list are paired with pseudo-randomly chosen balls of the shorter one.
 std::vector<Pair> pair_by_index(std::size_t from_count, std::size_t to_count, std::uint64_t seed);
 
-/// Pairs every ball of either side with the cheapest one of the other.
+/// Pairs every ball of either side with the cheapest ball of the other side. A ball in several
+/// pairs has an equal share in each.
 std::vector<Pair> pair_nearest(const CostPair& sides);
 
 /// Pairs balls by optimal transport of their masses. With LabelMode::kHard, the balls of each label
 /// are a transport problem of their own. Pairs that carry less than 8 % of both their balls are
-/// dropped, unless they are the largest of one of them.
+/// dropped, unless they are the largest pair of one of these balls.
 std::vector<Pair> pair_by_transport(const CostPair& sides, LabelMode mode);
 
 /// Sets each pair's mass: the mean of the masses that its two balls contribute. `from`, `to`: the

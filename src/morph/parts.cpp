@@ -23,13 +23,13 @@ constexpr std::size_t kMaxClusters = 8;
 constexpr std::size_t kMinMeanPairs = 12;
 constexpr std::size_t kNeighbors = 8;
 constexpr int kRotationRounds = 3;
-/// Weight of a ball's position by its part, relative to that of an edge. It is small because a limb
-/// that kept to the straight path of its part would be torn off.
+/// Weight of a ball's position by its part, relative to the weight of an edge. It is small because
+/// a limb that kept to the straight path of its part would be torn off.
 constexpr double kAnchor = 0.01;
 
-/// Fits a similarity to the pairs `members`. Where they do not determine the rotation, that of the
-/// plan's alignment is used. A rotation has several rotation vectors; the one nearest to
-/// `reference_turn` is taken.
+/// Fits a similarity to the pairs `members`. Where they do not determine the rotation, the plan's
+/// alignment does. A rotation has several rotation vectors; the one nearest to `reference_turn` is
+/// taken.
 Alignment fit_part(const MorphPlan& plan, const std::vector<std::uint32_t>& members,
                    Vec3d reference_turn) {
   const PairMoments moments = pair_moments(members.size(), [&](std::size_t i) {
@@ -45,7 +45,7 @@ Alignment fit_part(const MorphPlan& plan, const std::vector<std::uint32_t>& memb
   // The points of a straight limb do not determine its rotation about its own axis. The whole
   // object's rotation, added with a small weight, does.
   constexpr double kAlignmentWeight = 1e-3;
-  const double weight = kAlignmentWeight * std::sqrt(from_square * to_square) + 1e-30;
+  const double weight = kAlignmentWeight * std::sqrt(from_square * to_square) + 1e-30;  // > 0
   for (std::size_t k = 0; k < 9; ++k) sum.m[k] += weight * plan.alignment.rotation.m[k];
   fit.rotation = nearest_rotation(sum);
   fit.turn = log_rotation_near(fit.rotation, reference_turn);
@@ -62,20 +62,22 @@ std::vector<std::uint32_t> parts_by_label(const MorphPlan& plan) {
   if (plan.from_labels.empty() || plan.to_labels.empty()) return {};
   std::map<std::int32_t, std::uint32_t> parts;
   std::vector<std::uint32_t> part_of(plan.pairs.size(), 0);
-  double labelled = 0, total = 0;
+  double labelled_mass = 0, total_mass = 0;
   for (std::size_t e = 0; e < plan.pairs.size(); ++e) {
     const Pair& pair = plan.pairs[e];
     const std::int32_t label = plan.from_labels[pair.from];
-    total += pair.mass;
+    total_mass += pair.mass;
     if (label == kNoLabel || label != plan.to_labels[pair.to]) continue;
-    labelled += pair.mass;
+    labelled_mass += pair.mass;
     part_of[e] = parts.emplace(label, static_cast<std::uint32_t>(parts.size() + 1)).first->second;
   }
-  return parts.size() >= 2 && labelled > 0.5 * total ? part_of : std::vector<std::uint32_t>{};
+  return parts.size() >= 2 && labelled_mass > 0.5 * total_mass ? part_of
+                                                               : std::vector<std::uint32_t>{};
 }
 
-/// Clusters the pairs by their positions in both objects, a point in 6 dimensions: k-means, seeded
-/// by farthest point sampling.
+/// Clusters the pairs by their positions in both objects, which form a point in 6 dimensions:
+/// k-means, seeded by farthest point sampling. The source is rotated by the alignment, and the
+/// alignment's scale is divided between both objects.
 std::vector<std::uint32_t> parts_by_position(const MorphPlan& plan) {
   const Alignment& alignment = plan.alignment;
   const std::size_t n = plan.pairs.size();
@@ -93,8 +95,8 @@ std::vector<std::uint32_t> parts_by_position(const MorphPlan& plan) {
     return dot(a.p - b.p, a.p - b.p) + dot(a.q - b.q, a.q - b.q);
   };
   const std::size_t count = std::clamp<std::size_t>(n / kMinMeanPairs, 1, kMaxClusters);
-  // The first centre is the point farthest from the origin, each other the point farthest from the
-  // centres so far. The origin is only in the list for the first search.
+  // The first centre is the point farthest from the origin; each further centre is the point
+  // farthest from the centres so far. The origin is only in the list for the first search.
   std::vector<Point> centers{{{}, {}}};
   for (std::size_t k = 0; k <= count; ++k) {
     std::size_t farthest = 0;
@@ -102,12 +104,14 @@ std::vector<std::uint32_t> parts_by_position(const MorphPlan& plan) {
     for (std::size_t e = 0; e < n; ++e) {
       double nearest = std::numeric_limits<double>::infinity();
       for (const Point& center : centers) nearest = std::min(nearest, distance2(points[e], center));
+      // The margin lets ties go to the lower index despite rounding.
       if (nearest > largest * (1 + 1e-9)) largest = nearest, farthest = e;
     }
     if (k == 0) centers.clear();
     if (centers.size() < count) centers.push_back(points[farthest]);
   }
   std::vector<std::uint32_t> part_of(n, 0);
+  // Ten rounds of Lloyd's algorithm: assign each point to its nearest centre, then average.
   for (int round = 0; round < 10; ++round) {
     for (std::size_t e = 0; e < n; ++e)
       for (std::uint32_t k = 0; k < centers.size(); ++k)
@@ -134,8 +138,8 @@ struct Edge {
   Vec3d from, to;
   double from_length = 0, to_length = 0;
 
-  /// The target of the edge at eased time u, in the source's orientation. Its direction is that of
-  /// the mixture of both offsets; if they nearly cancel, their mixture is used as it is.
+  /// The target of the edge at eased time u, in the source's orientation. It has the direction of
+  /// the mixture of both offsets; if these nearly cancel, it is the mixture itself.
   Vec3d at(double u) const {
     const Vec3d mixture = from * (1 - u) + to * u;
     const double target_length = (1 - u) * from_length + u * to_length,
@@ -199,6 +203,7 @@ BallGraph::BallGraph(const MorphPlan& plan, const RigidParts& parts, const Links
   const std::size_t n = plan.pairs.size();
   auto system = std::make_unique<System>();
   system->edges.resize(n);
+  // The matrix is the Laplacian of the graph, plus kAnchor on the diagonal.
   std::vector<Eigen::Triplet<double>> entries;
   for (const auto& [e, f] : links) {
     const Alignment& part = parts.alignments[parts.part_of[e]];
@@ -230,6 +235,7 @@ std::vector<Vec3d> BallGraph::join_balls(std::span<const Vec3d> part_positions,
                                          std::span<const double> progress) const {
   const std::size_t n = system_->edges.size();
   PM_CHECK(part_positions.size() == n && part_rotations.size() == n && progress.size() == n);
+  // Alternate between a solve for the positions and a fit of the balls' rotations.
   std::vector<Mat3> rotations(part_rotations.begin(), part_rotations.end());
   std::vector<Vec3d> positions(part_positions.begin(), part_positions.end());
   Eigen::MatrixXd right_hand_side(static_cast<Eigen::Index>(n), 3);
@@ -260,10 +266,10 @@ std::vector<Vec3d> BallGraph::join_balls(std::span<const Vec3d> part_positions,
           right_hand_side(index, 2) = sum.z;
         },
         64);
-    const Eigen::MatrixXd solved = system_->solver.solve(right_hand_side);
+    const Eigen::MatrixXd solution = system_->solver.solve(right_hand_side);
     for (std::size_t e = 0; e < n; ++e) {
       const auto row = static_cast<Eigen::Index>(e);
-      positions[e] = {solved(row, 0), solved(row, 1), solved(row, 2)};
+      positions[e] = {solution(row, 0), solution(row, 1), solution(row, 2)};
     }
     if (round + 1 == kRotationRounds) break;
     parallel_for(
@@ -304,11 +310,12 @@ double measure_strain(const MorphPlan& plan, const RigidParts& parts) {
                             (0.5 * std::sqrt(part.scale)));
     from.push_back(plan.from[plan.pairs[e].from].center);
   }
-  const std::vector<double> half(positions.size(), 0.5);
-  const std::vector<Vec3d> joined = BallGraph(plan, parts).join_balls(positions, rotations, half);
+  const std::vector<double> half_progress(positions.size(), 0.5);
+  const std::vector<Vec3d> joined_positions =
+      BallGraph(plan, parts).join_balls(positions, rotations, half_progress);
   const auto neighbors = nearest_neighbors(from, kNeighbors);
   double sum = 0;
-  for (std::size_t e = 0; e < joined.size(); ++e)
+  for (std::size_t e = 0; e < joined_positions.size(); ++e)
     for (const std::uint32_t f : neighbors[e]) {
       const auto center_distance = [&](const std::vector<Ball>& balls, std::uint32_t i,
                                        std::uint32_t k) {
@@ -317,7 +324,8 @@ double measure_strain(const MorphPlan& plan, const RigidParts& parts) {
       const double mean_distance =
           0.5 * (center_distance(plan.from, plan.pairs[e].from, plan.pairs[f].from) +
                  center_distance(plan.to, plan.pairs[e].to, plan.pairs[f].to));
-      const double distance = length(joined[e] - joined[f]);
+      const double distance = length(joined_positions[e] - joined_positions[f]);
+      // Coincident balls are left out: the logarithm would be unbounded.
       if (mean_distance > 1e-3 * plan.size && distance > 1e-6 * plan.size) {
         const double strain = exact::log(distance / mean_distance);
         sum += strain * strain;
@@ -334,9 +342,10 @@ std::vector<std::vector<std::uint32_t>> list_members(const std::vector<std::uint
   return members;
 }
 
-/// Fits the alignments of the parts. If `first_is_whole`, part 0 has that of the whole object.
-RigidParts with_alignments(const MorphPlan& plan, std::vector<std::uint32_t> part_of,
-                           bool first_is_whole) {
+/// Fits the alignments of the parts. If `first_is_whole`, part 0 has the alignment of the whole
+/// object.
+RigidParts make_rigid_parts(const MorphPlan& plan, std::vector<std::uint32_t> part_of,
+                            bool first_is_whole) {
   RigidParts parts;
   parts.part_of = std::move(part_of);
   const std::uint32_t count = *std::max_element(parts.part_of.begin(), parts.part_of.end()) + 1;
@@ -358,12 +367,12 @@ bool is_equal(const Alignment& a, const Alignment& b) {
 
 RigidParts rigid_parts(const MorphPlan& plan) {
   if (std::vector<std::uint32_t> by_label = parts_by_label(plan); !by_label.empty())
-    return with_alignments(plan, std::move(by_label), true);
+    return make_rigid_parts(plan, std::move(by_label), /*first_is_whole=*/true);
   if (std::vector<std::uint32_t> by_limb = parts_by_limb(plan); !by_limb.empty())
-    return with_alignments(plan, std::move(by_limb), true);
-  RigidParts one_part =
-      with_alignments(plan, std::vector<std::uint32_t>(plan.pairs.size(), 0), true);
-  RigidParts clusters = with_alignments(plan, parts_by_position(plan), false);
+    return make_rigid_parts(plan, std::move(by_limb), /*first_is_whole=*/true);
+  RigidParts one_part = make_rigid_parts(plan, std::vector<std::uint32_t>(plan.pairs.size(), 0),
+                                         /*first_is_whole=*/true);
+  RigidParts clusters = make_rigid_parts(plan, parts_by_position(plan), /*first_is_whole=*/false);
   return measure_strain(plan, clusters) < measure_strain(plan, one_part) ? clusters : one_part;
 }
 

@@ -26,7 +26,7 @@ struct RigidParts {
 /// of pairs that are close together in both objects, if the distances between neighbours then
 /// change less than with a single part. (4) There is a single part. Each part has its own rotation,
 /// scaling and translation; of its two directions of rotation, it takes the one nearer to the whole
-/// object's. Deterministic.
+/// object's rotation. Deterministic.
 RigidParts rigid_parts(const MorphPlan& plan);
 
 /// Lists for each pair the matched limb that holds both its balls, counted from 1; 0 if no limb

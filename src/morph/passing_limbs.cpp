@@ -40,11 +40,11 @@ std::vector<float> passing_weights(const MorphPlan& plan, const std::vector<floa
     const float end_distance2 =
         std::min(squared_length((a.start.center - b.start.center) * from_scale),
                  squared_length((a.end.center - b.end.center) * to_scale));
-    const float passed =
+    const float approach =
         (end_distance2 - distance2) / (kPassingLength * size * (kPassingLength * size));
     const float nearness =
         (kZeroDistance - std::sqrt(distance2) / size) / (kZeroDistance - kFullDistance);
-    return std::clamp(passed, 0.0f, 1.0f) * std::min(nearness, 1.0f);
+    return std::clamp(approach, 0.0f, 1.0f) * std::min(nearness, 1.0f);
   };
   parallel_for(
       static_cast<std::int64_t>(balls.size()),

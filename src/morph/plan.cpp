@@ -44,6 +44,7 @@ Alignment fit_alignment(const MorphPlan& plan, const Mat3& rotation, AlignMethod
   // The symmetric scale of Horn 1987, which becomes its inverse when the objects are swapped. It is
   // used only if it brings the balls at least 10 % nearer.
   constexpr double kMinScaleGain = 0.1;
+  // The weighted sum of |q - s p|^2 / s.
   const auto residual_at = [&](double s) { return to_square / s + from_square * s - 2 * product; };
   const auto is_gain = [&](double s) {
     return residual_at(s) < (1 - kMinScaleGain) * residual_at(1);
@@ -51,7 +52,7 @@ Alignment fit_alignment(const MorphPlan& plan, const Mat3& rotation, AlignMethod
   const double scale = std::sqrt(to_square / from_square);
   if (method == AlignMethod::kSimilarity && is_gain(scale)) {
     // The centres of a few balls may lie anywhere in an object and say little about its size. With
-    // 96 balls, the scale agrees with that of the bodies to a factor of 1.3.
+    // 96 balls, the scale agrees with the bodies' to a factor of 1.3.
     constexpr double kMaxRatio = 1.5;
     const double body_scale = radius_of_gyration(plan.to, plan.kind, fit.to_center) /
                               radius_of_gyration(plan.from, plan.kind, fit.from_center);
@@ -89,8 +90,9 @@ double lowest_center(const std::vector<Ball>& balls) {
   return static_cast<double>(low);
 }
 
-/// Makes landmarks, each with its nearest pair: the one with the least sum of squared distances at
-/// both ends, relative to the objects' sizes. Pairs of lone limbs come last.
+/// Makes landmarks, each with its nearest pair, which is the one with the least sum of squared
+/// distances at both ends, relative to the objects' sizes. Pairs of lone limbs are used only if
+/// there are no others.
 std::vector<PlanLandmark> landmarks_with_pairs(const MorphPlan& plan, std::span<const Vec3> from,
                                                std::span<const Vec3> to) {
   const double from_size = rms_size(plan.from), to_size = rms_size(plan.to);
@@ -111,6 +113,7 @@ std::vector<PlanLandmark> landmarks_with_pairs(const MorphPlan& plan, std::span<
   return landmarks;
 }
 
+/// Lists the roots of the lone limbs.
 std::vector<Vec3> lone_roots(const LimbCurves& curves) {
   std::vector<Vec3> roots;
   for (const LimbCurve& curve : curves.lone) roots.push_back(curve.points[0]);
@@ -149,17 +152,19 @@ bool use_limbs(MorphPlan& plan, LimbPlan& limbs, const Mat3& rotation) {
   return true;
 }
 
-/// Pairs the balls by limbs and returns the rotation. It is fitted to the pairs if the limbs match
-/// at another angle, or if `rotation`, found without them, is not the identity. Otherwise it is the
-/// identity: limbs that merely point elsewhere do not rotate an object.
+/// Pairs the balls by limbs and returns the rotation. The rotation is fitted to the pairs if the
+/// limbs match at an angle of more than 35 degrees, or if `rotation`, found without limbs, is not
+/// the identity. Otherwise it is the identity: limbs that merely point elsewhere do not rotate an
+/// object.
 Mat3 find_pairs_by_limbs(MorphPlan& plan, const LimbPlan& limbs, const CostPair& sides,
                          const Mat3& rotation, LabelMode mode) {
   constexpr double kMinAngle = 35 * exact::kPi / 180;
   CostPair by_limbs;
   by_limbs.label_cost = sides.label_cost;
   std::tie(by_limbs.a, by_limbs.b) = limb_cost_sides(limbs, plan.from, plan.to, sides.a, sides.b);
-  // In an incomplete match that the user has not chosen, the pairs alone are more reliable: a limb
-  // without a counterpart often lies on a limb of the other object if both are similar.
+  // In an incomplete match that the user has not chosen, the pairs are more reliable without
+  // curves: a limb without a counterpart often lies on a limb of the other object if both are
+  // similar.
   if (limbs.match.is_chosen || is_complete(limbs.match))
     std::tie(plan.from_curves, plan.to_curves) = find_limb_curves(limbs, plan.from, plan.to);
   plan.pairs = pair_bodies(by_limbs, mode, plan.from_curves, plan.to_curves);
@@ -171,48 +176,49 @@ Mat3 find_pairs_by_limbs(MorphPlan& plan, const LimbPlan& limbs, const CostPair&
   return rotates ? fit_rotation(sides.a, sides.b, flows, RotationAxis::kVertical) : Mat3{};
 }
 
-/// Source of a rotation. kFound: the cost of representative balls, refitted to all balls; kFaced:
-/// mirror planes of bodies that are not quite symmetric, which limbs may correct; kKnown:
-/// landmarks, fronts or exact mirror planes, which nothing changes.
+/// Source of a rotation, the least certain first. kFound: a search with representative balls; it is
+/// refitted to all balls. kFaced: mirror planes of bodies that are not quite symmetric; matched
+/// limbs may correct it. kKnown: landmarks, fronts or exact mirror planes; it stays as it is.
 enum class Certainty : std::uint8_t { kFound, kFaced, kKnown };
 
 /// The rotation of a plan.
-struct Turn {
+struct RotationChoice {
   Mat3 rotation;
   RotationAxis axis = RotationAxis::kVertical;
   Certainty certainty = Certainty::kFound;
   std::optional<LimbPlan> limbs = {};  ///< limbs of both objects, if they were found
 };
 
-/// Finds the rotation from `from` to `to` without regard to the pairs of all balls.
-Turn find_turn(const MorphPlan& plan, const PlanSide& from, const PlanSide& to,
-               const CostPair& sides, const PlanSettings& settings) {
-  Turn turn;
+/// Finds the rotation from `from` to `to` before the balls are paired.
+RotationChoice choose_rotation(const MorphPlan& plan, const PlanSide& from, const PlanSide& to,
+                               const CostPair& sides, const PlanSettings& settings) {
+  RotationChoice choice;
   if (settings.align != AlignMethod::kRigid && settings.align != AlignMethod::kSimilarity)
-    return turn;
+    return choice;
   if (const auto by_landmarks = fit_landmark_rotation(from.landmarks, to.landmarks)) {
-    turn = {*by_landmarks, RotationAxis::kVertical, Certainty::kKnown};
+    choice = {*by_landmarks, RotationAxis::kVertical, Certainty::kKnown};
   } else {
     // The search for a rotation treats hard labels as soft ones with a high cost.
     constexpr float kHardCost = 100;
     const float label_cost = settings.label_mode == LabelMode::kHard ? kHardCost : sides.label_cost;
-    const RotationResult found = find_rotation(
+    const RotationResult search = find_rotation(
         sides.a, sides.b, label_cost, static_cast<double>(settings.weights.align_gain),
         static_cast<double>(settings.weights.align_tip_residual));
-    turn = {found.rotation, found.axis, Certainty::kFound};
+    choice = {search.rotation, search.axis, Certainty::kFound};
   }
-  if (!uses_structure(plan, settings, turn.axis) || turn.certainty == Certainty::kKnown)
-    return turn;
+  if (!uses_structure(plan, settings, choice.axis) || choice.certainty == Certainty::kKnown)
+    return choice;
   if (from.front && to.front)
-    return {about_vertical(turn_between(*from.front, *to.front)), turn.axis, Certainty::kKnown};
-  LimbPlan& limbs = turn.limbs.emplace(find_limbs_of_sides(from, to, settings));
-  const double plan_angle = log_rotation(turn.rotation).y;
+    return {about_vertical(azimuth_difference(*from.front, *to.front)), choice.axis,
+            Certainty::kKnown};
+  LimbPlan& limbs = choice.limbs.emplace(find_limbs_of_sides(from, to, settings));
+  const double plan_angle = log_rotation(choice.rotation).y;
   const auto facing = find_facing(limbs, plan_angle, from.front, to.front);
-  if (!facing || *facing == plan_angle) return turn;
-  turn.rotation = about_vertical(*facing);
+  if (!facing || *facing == plan_angle) return choice;
+  choice.rotation = about_vertical(*facing);
   const bool is_known = is_symmetric(limbs.from) && is_symmetric(limbs.to);
-  turn.certainty = is_known ? Certainty::kKnown : Certainty::kFaced;
-  return turn;
+  choice.certainty = is_known ? Certainty::kKnown : Certainty::kFaced;
+  return choice;
 }
 
 /// Sets the plan's pairs, and its limbs if it uses them; returns the rotation.
@@ -233,45 +239,49 @@ Mat3 find_pairs(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
     common.size = std::sqrt(from_normalization.size * to_normalization.size);
     from_normalization = to_normalization = common;
   }
-  const bool soft = settings.label_mode == LabelMode::kSoft;
+  // Make the sides of the transport problem.
+  const bool has_soft_labels = settings.label_mode == LabelMode::kSoft;
   CostPair sides;
   sides.a = make_cost_side(plan.from, plan.kind, from_mass, from.labels, from.landmarks,
                            from_normalization, settings);
   sides.b = make_cost_side(plan.to, plan.kind, to_mass, to.labels, to.landmarks, to_normalization,
                            settings);
-  sides.label_cost = soft ? settings.weights.label : 0;
+  sides.label_cost = has_soft_labels ? settings.weights.label : 0;
   const auto pair_up = [&] {
     plan.pairs = settings.method == PlanMethod::kNearest
                      ? pair_nearest(sides)
                      : pair_by_transport(sides, settings.label_mode);
     set_masses(plan.pairs, from_mass, to_mass);
   };
-  Turn turn = find_turn(plan, from, to, sides, settings);
-  const bool rotates = rotation_angle(turn.rotation) > 0;
-  const CostSide unturned = sides.a;
+  // Choose a rotation and pair the balls.
+  RotationChoice choice = choose_rotation(plan, from, to, sides, settings);
+  const bool rotates = rotation_angle(choice.rotation) > 0;
+  const CostSide unrotated = sides.a;
   const auto refit = [&] {
-    turn.rotation = fit_rotation(unturned, sides.b, list_flows(plan.pairs), turn.axis);
+    choice.rotation = fit_rotation(unrotated, sides.b, list_flows(plan.pairs), choice.axis);
   };
-  if (rotates) sides.a = rotate_side(unturned, turn.rotation);
+  if (rotates) sides.a = rotate_side(unrotated, choice.rotation);
   pair_up();
   // The rotation was found with 80 representatives. Refine it with all balls.
-  for (int step = 0; rotates && turn.certainty == Certainty::kFound && step < 2; ++step) {
+  for (int step = 0; rotates && choice.certainty == Certainty::kFound && step < 2; ++step) {
     refit();
-    sides.a = rotate_side(unturned, turn.rotation);
+    sides.a = rotate_side(unrotated, choice.rotation);
     pair_up();
   }
-  if (rotates && turn.certainty == Certainty::kFound) refit();
-  if (!uses_structure(plan, settings, turn.axis) || are_alike(plan, turn.rotation, settings.align))
-    return turn.rotation;
-  if (!turn.limbs) turn.limbs = find_limbs_of_sides(from, to, settings);
-  if (use_limbs(plan, *turn.limbs, turn.rotation)) {
+  if (rotates && choice.certainty == Certainty::kFound) refit();
+  // Pair the balls anew by their limbs, if these match.
+  if (!uses_structure(plan, settings, choice.axis) ||
+      are_alike(plan, choice.rotation, settings.align))
+    return choice.rotation;
+  if (!choice.limbs) choice.limbs = find_limbs_of_sides(from, to, settings);
+  if (use_limbs(plan, *choice.limbs, choice.rotation)) {
     const Mat3 by_limbs =
-        find_pairs_by_limbs(plan, *turn.limbs, {unturned, sides.b, sides.label_cost}, turn.rotation,
-                            settings.label_mode);
-    if (turn.certainty != Certainty::kKnown) turn.rotation = by_limbs;
-    plan.limb_names = list_limb_names(*turn.limbs, log_rotation(turn.rotation).y);
+        find_pairs_by_limbs(plan, *choice.limbs, {unrotated, sides.b, sides.label_cost},
+                            choice.rotation, settings.label_mode);
+    if (choice.certainty != Certainty::kKnown) choice.rotation = by_limbs;
+    plan.limb_names = list_limb_names(*choice.limbs, log_rotation(choice.rotation).y);
   }
-  return turn.rotation;
+  return choice.rotation;
 }
 
 /// Sets masses, pairs and limbs, computed or from the cache; returns the rotation.
@@ -331,8 +341,8 @@ MorphPlan plan_morph(PlanSide from, PlanSide to, FieldKind kind, const PlanSetti
                      const MotionSettings& motion, const std::filesystem::path& cache) {
   PM_CHECK(!from.balls.empty() && !to.balls.empty());
   PM_CHECK(from.landmarks.size() == to.landmarks.size());
-  const bool swap = is_less(to, from);
-  if (swap) std::swap(from, to);
+  const bool is_swapped = is_less(to, from);
+  if (is_swapped) std::swap(from, to);
   MorphPlan plan;
   plan.kind = kind;
   plan.from = from.balls;
@@ -344,9 +354,9 @@ MorphPlan plan_morph(PlanSide from, PlanSide to, FieldKind kind, const PlanSetti
     return std::pair(a.from, a.to) < std::pair(b.from, b.to);
   });
   plan.alignment = fit_alignment(plan, rotation, settings.align);
-  if (swap) swap_ends(plan);
-  plan.landmarks = landmarks_with_pairs(plan, swap ? to.landmarks : from.landmarks,
-                                        swap ? from.landmarks : to.landmarks);
+  if (is_swapped) swap_ends(plan);
+  plan.landmarks = landmarks_with_pairs(plan, is_swapped ? to.landmarks : from.landmarks,
+                                        is_swapped ? from.landmarks : to.landmarks);
   plan.lone_roots =
       landmarks_with_pairs(plan, lone_roots(plan.from_curves), plan.from_curves.counterparts);
   for (const PlanLandmark& root :

@@ -22,9 +22,9 @@ namespace polymorph {
 /// source ball sum to 1, and so do those of each target ball; the fields at both ends are therefore
 /// the objects' own.
 struct Pair {
-  std::uint32_t from = 0, to = 0;
+  std::uint32_t from = 0, to = 0;      ///< indices in MorphPlan::from and to
   float from_share = 1, to_share = 1;  ///< (0, 1]
-  double mass = 0;                     ///< fraction of the total mass; mean of both ends
+  double mass = 0;                     ///< mean of the fractions of both objects' masses
 };
 
 /// The similarity from one object to the other: q = to_center + scale rotation (p - from_center).
@@ -53,14 +53,14 @@ struct PlanSide {
 
 /// Delay and inertia of a pair.
 struct PairTiming {
-  float delay = 0;    ///< due to stagger, [0, stagger_share]
+  float delay = 0;    ///< due to stagger, in the motion's time, [0, stagger_share]
   float inertia = 1;  ///< factor of the spring's mass; about 1 in the mean
 };
 
 /// A point of the source and the point of the target that it becomes.
 struct PlanLandmark {
   Vec3 from, to;
-  std::uint32_t pair = 0;  ///< pair with which it moves: the nearest, over both ends
+  std::uint32_t pair = 0;  ///< index of the pair with which it moves, which is near at both ends
 };
 
 /// A limb's centre line, from its root to its tip.
@@ -75,9 +75,9 @@ struct LimbCurve {
 struct LimbCurves {
   std::vector<LimbCurve> matched;        ///< one per matched pair of limbs
   std::vector<LimbCurve> lone;           ///< limbs without a counterpart
-  std::vector<Vec3> counterparts;        ///< point of the other object's surface per lone root
-  std::vector<std::int32_t> lone_limbs;  ///< the lone limb of each ball, or kNoLabel
-  std::vector<float> stations;           ///< each ball's position along its limb, [0, 1]
+  std::vector<Vec3> counterparts;        ///< per lone limb, the root's target on the other surface
+  std::vector<std::int32_t> lone_limbs;  ///< per ball, the index in `lone`, or kNoLabel
+  std::vector<float> stations;  ///< per ball, its position along its limb, [0, 1]; 0 on the body
 };
 
 class BallGraph;  // morph/parts.h
@@ -87,13 +87,14 @@ struct MorphPlan {
   FieldKind kind = FieldKind::kGaussian;
   std::vector<Ball> from, to;
   std::vector<std::int32_t> from_labels, to_labels;  ///< empty or one per ball
-  /// The matched pair of limbs that each ball belongs to, or kNoLabel (morph/limb_plan.h). Empty if
-  /// the plan does not use limbs.
+  /// Per ball, the index of the matched pair of limbs that it belongs to, or kNoLabel
+  /// (morph/limb_plan.h). Empty if the plan does not use limbs.
   std::vector<std::int32_t> from_limbs, to_limbs;
-  /// Names of matched limbs; the name is empty where a limb has no counterpart.
+  /// Names of limbs on the source and on the target: first of matched limbs, then of limbs without
+  /// a counterpart, whose other name is empty.
   std::vector<std::pair<std::string, std::string>> limb_names;
   LimbCurves from_curves, to_curves;
-  /// The roots of the lone limbs of `from`, then of `to`, with their counterparts.
+  /// The roots of the lone limbs of `from`, then of `to`, each with its counterpart.
   std::vector<PlanLandmark> lone_roots;
   std::vector<double> from_masses, to_masses;  ///< ball_masses() of each
   std::vector<Pair> pairs;
@@ -111,26 +112,28 @@ struct MorphPlan {
   /// Registration offsets a_e and b_e of each pair (leg/registration.h): at eased time u the smooth
   /// map uses p_e + u a_e on the source and q_e + (1-u) b_e on the target. Empty: none.
   std::vector<Vec3> from_offsets, to_offsets;
-  /// Eased times at which k / (size - 1) of the total change is done, increasing from 0 to 1
-  /// (leg/pacing.h). Empty: no pacing. Used only if all balls share one eased time.
+  /// Element k is the eased time at which the fraction k / (size - 1) of the total change is done;
+  /// increasing from 0 to 1 (leg/pacing.h). Empty: no pacing. Used only if all balls share one
+  /// eased time.
   std::vector<float> pacing;
-  /// Heights by which all balls are raised when k / (size - 1) of the total change is done; 0 at
-  /// both ends (leg/pacing.h). Empty: none. Used only if all balls share one eased time.
+  /// Element k is the height by which all balls are raised when the fraction k / (size - 1) of the
+  /// total change is done; 0 at both ends (leg/pacing.h). Empty: none. Used only if all balls share
+  /// one eased time.
   std::vector<float> lifts;
   double size = 1;   ///< geometric mean of both objects' RMS sizes
   double floor = 0;  ///< height of the lowest ball's centre in either object
 };
 
-/// Plans the morph between two objects, each of at least one ball. Deterministic; `index` also
-/// depends on the seed. The plan from `to` to `from` is the same with its ends swapped.
-/// Correspondences are cached in the folder `cache` (morph/plan_cache.h); if it is empty, there is
-/// no cache.
+/// Plans the morph between two objects, each of at least one ball. Deterministic; the plan by
+/// PlanMethod::kIndex also depends on the seed. The plan from `to` to `from` is the same with its
+/// ends swapped. Correspondences are cached in the folder `cache` (morph/plan_cache.h); if it is
+/// empty, there is no cache.
 MorphPlan plan_morph(PlanSide from, PlanSide to, FieldKind kind, const PlanSettings& settings,
                      const MotionSettings& motion = {}, const std::filesystem::path& cache = {});
 
 /// Tests whether the plan has curves of its limbs.
 bool has_curves(const MorphPlan& plan);
-/// Tests whether one of a pair's balls belongs to a lone limb.
+/// Tests whether one of a pair's balls belongs to a lone limb (LimbCurves::lone).
 bool is_lone(const MorphPlan& plan, const Pair& pair);
 
 /// Swaps the ends of a plan's balls, labels, limbs, pairs and alignment. Landmarks, paths and

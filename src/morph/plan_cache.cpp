@@ -18,23 +18,26 @@ static_assert(sizeof(Ball) == 11 * sizeof(float) && sizeof(Vec3) == 3 * sizeof(f
               sizeof(Mat3) == 9 * sizeof(double) && std::is_trivially_copyable_v<Mat3>);
 
 /// Writes the number of limb labels and the labels, then the names, one line per pair of limbs.
-void put_limbs(std::string& bytes, const Correspondence& found) {
+void put_limbs(std::string& bytes, const Correspondence& correspondence) {
   std::string names;
-  for (const auto& [from, to] : found.limb_names) names += from + "\t" + to + "\n";
-  put(bytes, static_cast<std::uint64_t>(found.from_limbs.size()));
-  put_all(bytes, found.from_limbs);
-  put_all(bytes, found.to_limbs);
+  for (const auto& [from, to] : correspondence.limb_names) names += from + "\t" + to + "\n";
+  put(bytes, static_cast<std::uint64_t>(correspondence.from_limbs.size()));
+  put_all(bytes, correspondence.from_limbs);
+  put_all(bytes, correspondence.to_limbs);
   put(bytes, static_cast<std::uint64_t>(names.size()));
   bytes += names;
 }
 
-bool take_limbs(std::string_view& bytes, std::size_t from, std::size_t to, Correspondence& found) {
+/// Reads what put_limbs() wrote, and removes it from `bytes`; false if it does not fit. `from`,
+/// `to`: numbers of balls.
+bool take_limbs(std::string_view& bytes, std::size_t from, std::size_t to,
+                Correspondence& correspondence) {
   if (bytes.size() < sizeof(std::uint64_t)) return false;
-  const auto labelled = take<std::uint64_t>(bytes);
-  if (labelled != 0) {
-    if (labelled != from || bytes.size() < (from + to) * sizeof(std::int32_t)) return false;
-    found.from_limbs = take_all<std::int32_t>(bytes, from);
-    found.to_limbs = take_all<std::int32_t>(bytes, to);
+  const auto ball_count = take<std::uint64_t>(bytes);
+  if (ball_count != 0) {
+    if (ball_count != from || bytes.size() < (from + to) * sizeof(std::int32_t)) return false;
+    correspondence.from_limbs = take_all<std::int32_t>(bytes, from);
+    correspondence.to_limbs = take_all<std::int32_t>(bytes, to);
   }
   if (bytes.size() < sizeof(std::uint64_t)) return false;
   const auto length = take<std::uint64_t>(bytes);
@@ -44,7 +47,8 @@ bool take_limbs(std::string_view& bytes, std::size_t from, std::size_t to, Corre
   while (!names.empty()) {
     const std::size_t tab = names.find('\t'), end = names.find('\n');
     if (end == names.npos || tab > end) return false;
-    found.limb_names.emplace_back(names.substr(0, tab), names.substr(tab + 1, end - tab - 1));
+    correspondence.limb_names.emplace_back(names.substr(0, tab),
+                                           names.substr(tab + 1, end - tab - 1));
     names.remove_prefix(end + 1);
   }
   return true;
@@ -62,6 +66,7 @@ void put_curves(std::string& bytes, const LimbCurves& curves) {
   put_all(bytes, curves.stations);
 }
 
+/// Reads what put_curves() wrote, and removes it from `bytes`; false if it does not fit.
 bool take_curves(std::string_view& bytes, std::size_t balls, LimbCurves& curves) {
   if (bytes.size() < 3 * sizeof(std::uint64_t)) return false;
   const auto matched = take<std::uint64_t>(bytes), lone = take<std::uint64_t>(bytes),
@@ -85,8 +90,8 @@ bool take_curves(std::string_view& bytes, std::size_t balls, LimbCurves& curves)
 std::string correspondence_key(const PlanSide& from, const PlanSide& to, FieldKind kind,
                                const PlanSettings& settings) {
   // The bindings name every setting, so that a new one does not compile until it is added here. The
-  // settings' landmarks are already in the sides, and so are the labels; limbs also heed whether
-  // the user has named any.
+  // settings' landmarks are already in the sides, and so are the labels; limbs also depend on
+  // whether the user has named any label.
   const auto& [method, seed, align, weights, label_mode, structure, labels, landmarks] = settings;
   const auto& [align_gain, align_tip_residual, size_weight, feature_weight, landmark_weight,
                label_weight] = weights;
@@ -117,32 +122,33 @@ std::optional<Correspondence> load_correspondence(const std::filesystem::path& f
   const std::size_t min_size = sizeof(Mat3) + balls * sizeof(double);
   if (!content || content->size() < min_size) return std::nullopt;
   std::string_view bytes = *content;
-  Correspondence found;
-  found.rotation = take<Mat3>(bytes);
-  found.from_masses = take_all<double>(bytes, from.balls.size());
-  found.to_masses = take_all<double>(bytes, to.balls.size());
-  if (!take_limbs(bytes, from.balls.size(), to.balls.size(), found) ||
-      !take_curves(bytes, from.balls.size(), found.from_curves) ||
-      !take_curves(bytes, to.balls.size(), found.to_curves) || bytes.size() % sizeof(Pair) != 0)
+  Correspondence correspondence;
+  correspondence.rotation = take<Mat3>(bytes);
+  correspondence.from_masses = take_all<double>(bytes, from.balls.size());
+  correspondence.to_masses = take_all<double>(bytes, to.balls.size());
+  if (!take_limbs(bytes, from.balls.size(), to.balls.size(), correspondence) ||
+      !take_curves(bytes, from.balls.size(), correspondence.from_curves) ||
+      !take_curves(bytes, to.balls.size(), correspondence.to_curves) ||
+      bytes.size() % sizeof(Pair) != 0)
     return std::nullopt;
-  found.pairs = take_all<Pair>(bytes, bytes.size() / sizeof(Pair));
-  const bool in_range = std::all_of(found.pairs.begin(), found.pairs.end(), [&](const Pair& pair) {
-    return pair.from < from.balls.size() && pair.to < to.balls.size();
-  });
-  if (found.pairs.empty() || !in_range) return std::nullopt;
-  return found;
+  correspondence.pairs = take_all<Pair>(bytes, bytes.size() / sizeof(Pair));
+  const bool in_range = std::all_of(
+      correspondence.pairs.begin(), correspondence.pairs.end(),
+      [&](const Pair& pair) { return pair.from < from.balls.size() && pair.to < to.balls.size(); });
+  if (correspondence.pairs.empty() || !in_range) return std::nullopt;
+  return correspondence;
 }
 
 void store_correspondence(const std::filesystem::path& folder, const std::string& key,
-                          std::string_view origin, const Correspondence& found) {
+                          std::string_view origin, const Correspondence& correspondence) {
   std::string bytes;
-  put(bytes, found.rotation);
-  put_all(bytes, found.from_masses);
-  put_all(bytes, found.to_masses);
-  put_limbs(bytes, found);
-  put_curves(bytes, found.from_curves);
-  put_curves(bytes, found.to_curves);
-  put_all(bytes, found.pairs);
+  put(bytes, correspondence.rotation);
+  put_all(bytes, correspondence.from_masses);
+  put_all(bytes, correspondence.to_masses);
+  put_limbs(bytes, correspondence);
+  put_curves(bytes, correspondence.from_curves);
+  put_curves(bytes, correspondence.to_curves);
+  put_all(bytes, correspondence.pairs);
   store_cached(folder, key, kPlanFiles, origin, bytes);
 }
 

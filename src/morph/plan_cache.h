@@ -22,9 +22,9 @@ struct Correspondence {
   std::vector<double> from_masses, to_masses;  ///< masses of the balls, as in MorphPlan
   std::vector<Pair> pairs;
   Mat3 rotation;                                   ///< rotation of `from` in the alignment
-  std::vector<std::int32_t> from_limbs, to_limbs;  ///< those of MorphPlan
-  LimbCurves from_curves, to_curves;               ///< those of MorphPlan
-  std::vector<std::pair<std::string, std::string>> limb_names;  ///< "" = no counterpart
+  std::vector<std::int32_t> from_limbs, to_limbs;  ///< MorphPlan::from_limbs, to_limbs
+  LimbCurves from_curves, to_curves;               ///< MorphPlan::from_curves, to_curves
+  std::vector<std::pair<std::string, std::string>> limb_names;  ///< MorphPlan::limb_names
 };
 
 /// Hashes everything that a correspondence depends on.
@@ -38,6 +38,6 @@ std::optional<Correspondence> load_correspondence(const std::filesystem::path& f
                                                   const PlanSide& to);
 /// Stores a correspondence. `origin`: the names of its sides (base/cache_file.h).
 void store_correspondence(const std::filesystem::path& folder, const std::string& key,
-                          std::string_view origin, const Correspondence& found);
+                          std::string_view origin, const Correspondence& correspondence);
 
 }  // namespace polymorph

@@ -22,8 +22,8 @@ bool are_same(const std::vector<Ball>& a, const std::vector<Ball>& b, double siz
          });
 }
 
-/// Computes the returns of a plan's source balls from `to`, those of its target balls: a source
-/// ball's mass goes to its targets by the pairs' shares.
+/// Computes the returns of a plan's source balls. `to`: the returns of its target balls, to which a
+/// source ball's mass goes by the pairs' shares.
 std::vector<Return> step_back(const MorphPlan& plan, const std::vector<Return>& to) {
   std::vector<Return> from(plan.from.size());
   std::vector<double> shares(plan.from.size());
@@ -55,6 +55,7 @@ std::optional<CycleError> cycle_error(const std::vector<const MorphPlan*>& plans
     mass += masses[i];
   }
   center = center * (1 / mass);
+  // At the end of the cycle each ball's mass is where the ball is; go back from there plan by plan.
   std::vector<Return> returns(first.from.size());
   for (std::size_t i = 0; i < returns.size(); ++i) {
     const Vec3d position = Vec3d(first.from[i].center) - center;

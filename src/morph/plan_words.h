@@ -7,12 +7,12 @@
 
 namespace polymorph {
 
-/// Says, for instance, "turns by 90 degrees about the vertical", or about a tilted axis. Empty if
-/// the whole object rotates by less than 5 degrees.
+/// Describes the rotation: "turns by N degrees about the vertical" or "... about a tilted axis".
+/// Empty if the whole object rotates by less than 5 degrees, or the balls' paths are straight.
 std::string describe_rotation(const MorphPlan& plan);
 
-/// Says, for instance, "head -> head, left arm -> left arm, tail -> nothing". Empty if the plan
-/// does not use limbs.
+/// Lists what each limb becomes: "head -> head, tail -> nothing". Empty if the plan does not use
+/// limbs.
 std::string describe_limbs(const MorphPlan& plan);
 
 }  // namespace polymorph

@@ -27,8 +27,8 @@ constexpr float kPassingSpacing = 0.02f;
 /// one of them shrinks to nothing, the box around all balls is many times as large as the objects'
 /// size.
 constexpr float kMaxNodes = 128;
-/// Factor of a ball's own deviation, 1 / sqrt(2 a), which is added to that of the kernels: the
-/// squares of both are summed.
+/// Factor of a ball's own deviation 1 / sqrt(2 a). The squares of this deviation and of the
+/// deviations above are summed.
 constexpr double kBallDeviation = 0.7;
 /// Margin around the balls, as a fraction of the objects' size.
 constexpr float kMargin = 0.05f;
@@ -39,16 +39,17 @@ AffineMap affine(const Mat3& matrix, Vec3d offset) {
   return {{row_of(matrix, 0), row_of(matrix, 1), row_of(matrix, 2)}, to_float(offset)};
 }
 
-/// The deviation of a pair's kernel, scene units. `narrowing`: kernel_narrowing() of the pair.
+/// The deviation of a pair's kernel, scene units. `u`: the pair's eased time; `narrowing`:
+/// kernel_narrowing() of the pair.
 float kernel_deviation(const MorphPlan& plan, const Pair& pair, double u, float narrowing,
                        float size) {
-  const auto ball_kernel_deviation = [](const Ball& ball) {
+  const auto ball_deviation = [](const Ball& ball) {
     return 1 / std::sqrt(2 * static_cast<double>(ball.a));
   };
   const double clamped_u = std::clamp(u, 0.0, 1.0);
   const double own_deviation =
-      kBallDeviation * ((1 - clamped_u) * ball_kernel_deviation(plan.from[pair.from]) +
-                        clamped_u * ball_kernel_deviation(plan.to[pair.to]));
+      kBallDeviation * ((1 - clamped_u) * ball_deviation(plan.from[pair.from]) +
+                        clamped_u * ball_deviation(plan.to[pair.to]));
   const double deviation =
       plan.from_limbs.empty()
           ? kMapDeviation
@@ -58,8 +59,8 @@ float kernel_deviation(const MorphPlan& plan, const Pair& pair, double u, float 
 }
 
 /// Deviations of the Gaussians that correct the map around landmarks: 0.09 of the objects' size, or
-/// half the distance to the next landmark if that is less. They are at least 0.75 of the lattice's
-/// spacing, because the spline cannot represent narrower ones.
+/// half the distance to the nearest other landmark if that is less. They are at least 0.75 of the
+/// lattice's spacing, because the spline cannot represent narrower ones.
 std::vector<float> landmark_deviations(std::span<const Vec3> places, float size, float spacing) {
   constexpr float kLandmarkDeviation = 0.09f, kLandmarkGap = 0.5f, kMinDeviation = 0.75f;
   std::vector<float> deviations;
@@ -164,8 +165,8 @@ std::vector<RegressionSample> make_samples(const MorphPlan& plan, const std::vec
                                  : equal_mass,
          kernel_deviation(plan, plan.pairs[e], static_cast<double>(eased[e]), narrowing[e], size)});
   if (!has_curves(plan)) return samples;
-  // Samples on limbs have more mass than those of the body, whose kernels are wide. Pairs on limbs
-  // without such a sample, because their balls change limbs, have little mass.
+  // Samples on limbs have more mass than samples of the body, whose kernels are wide. Pairs whose
+  // balls are on different limbs have no such sample, and little mass.
   constexpr float kLeavingMass = 0.05f, kLimbMass = 10, kMinMass = 1e-6f;
   for (std::size_t e = 0; e < balls.size(); ++e)
     if (is_on_limb(plan, plan.pairs[e])) samples[e].mass = equal_mass * kLeavingMass;
@@ -177,7 +178,8 @@ std::vector<RegressionSample> make_samples(const MorphPlan& plan, const std::vec
   return samples;
 }
 
-/// Sets the first three values of a sample and their slope.
+/// Sets the first three values of a sample and their slope; marks the regression if the slope is
+/// not 0.
 void set_values(BallAttribute& attribute, Vec3d value, const Mat3& slope, Regression& regression) {
   set_linear(attribute, to_float(value), slope);
   for (int i = 0; i < 3; ++i) regression.sloped |= !(attribute.slope[i] == Vec3{});
@@ -186,9 +188,9 @@ void set_values(BallAttribute& attribute, Vec3d value, const Mat3& slope, Regres
 /// The samples of a plan at a time, for a map or a flow. `regression` has samples, a lattice and
 /// landmarks, but no values yet.
 struct SampledPlan {
-  std::vector<float> eased;
-  std::vector<LimbSample> on_limbs;
-  Box box;
+  std::vector<float> eased;          ///< eased_times()
+  std::vector<LimbSample> on_limbs;  ///< limb_samples()
+  Box box;                           ///< contains balls, samples and landmarks, with margins
   std::shared_ptr<Regression> regression = std::make_shared<Regression>();
 };
 SampledPlan sample_plan(const MorphPlan& plan, float time, const BallSet& balls, float size) {
@@ -214,7 +216,8 @@ SampledPlan sample_plan(const MorphPlan& plan, float time, const BallSet& balls,
 double regression_bytes(const Box& box, float size) {
   const float margin = kMargin * size;
   const Grid lattice = lattice_over(
-      {box.low - Vec3{margin, margin, margin}, box.high + Vec3{margin, margin, margin}}, size, 1);
+      {box.low - Vec3{margin, margin, margin}, box.high + Vec3{margin, margin, margin}}, size,
+      /*narrowing=*/1);
   return static_cast<double>(kRegressionValues * sizeof(float) + sizeof(Strain)) *
          lattice.points.x * lattice.points.y * lattice.points.z;
 }
@@ -234,7 +237,7 @@ FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, floa
     goal[0] = plan.landmarks[l].from, goal[1] = plan.landmarks[l].to;
   }
   // The mean rotation and scaling are an affine term, so that they stay exact. The regressed values
-  // are what remains of the maps without it.
+  // are the maps minus this term.
   const auto mean = static_cast<double>(mean_progress(plan, eased));
   const PathPart mean_part = mean_path_part(plan);
   const PartMotion mean_motion = part_motion(mean_part, mean);
@@ -265,12 +268,13 @@ FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, floa
                Vec3d(sample.to) + offset(plan.to_offsets, 1 - u) - to_target * x - to_offset,
                minus(sample.to_target, to_target), regression);
   };
+  // Values of all pairs; the samples on limbs then replace their pairs' values.
   for (std::uint32_t e = 0; e < balls.size(); ++e) {
     const BallPath& path = plan.paths->balls[e];
     const PartMotion motion =
         part_motion(plan.paths->parts[path.part], static_cast<double>(eased[e]));
-    set_pair({e, false, balls[e].center, path.start.center, path.end.center, motion.to_source(),
-              motion.to_target()});
+    set_pair({e, /*is_lone=*/false, balls[e].center, path.start.center, path.end.center,
+              motion.to_source(), motion.to_target()});
     regression.values[2 * e].value[3] =
         mixing_progress(eased[e], plan.leads.empty() ? 0 : plan.leads[e]);
   }
@@ -303,13 +307,14 @@ Result<std::shared_ptr<const Regression>> make_shortfall_regression(
     const float *source = values[2 * e].v, *target = values[2 * e + 1].v;
     const float weight = smoothstep(source[3]);
     const Pair& pair = plan.pairs[e];
-    const auto mixed = [&](Vec3 a, Vec3 b) {
+    const auto mixed_distance = [&](Vec3 a, Vec3 b) {
       return lerp(map.from_scale * distance(from_field, a), map.to_scale * distance(to_field, b),
                   weight);
     };
-    const float target_distance = mixed(plan.from[pair.from].center, plan.to[pair.to].center);
+    const float target_distance =
+        mixed_distance(plan.from[pair.from].center, plan.to[pair.to].center);
     const float mapped_distance =
-        mixed({source[0], source[1], source[2]}, {target[0], target[1], target[2]});
+        mixed_distance({source[0], source[1], source[2]}, {target[0], target[1], target[2]});
     result->values[2 * e + 1].value[3] = kGain * std::max(target_distance - mapped_distance, 0.0f);
   }
   return std::shared_ptr<const Regression>(std::move(result));
@@ -336,6 +341,7 @@ Result<Flow> flow_at(PlanMoment now, PlanMoment next, const BallSet& balls, floa
   const BallSet next_balls = differ(now, next) ? BallSet(balls_at(next.plan, next.time)) : balls;
   const SampledPlan sampled = sample_plan(plan, now.time, balls, size);
   Regression& regression = *sampled.regression;
+  // Displacements of landmarks, balls and samples on limbs.
   const std::vector<float> next_eased = eased_times(next.plan, next.time);
   const std::vector<LimbSample> next_on_limbs =
       limb_samples(next.plan, next.time, next_eased, next_balls);
@@ -356,10 +362,9 @@ Result<Flow> flow_at(PlanMoment now, PlanMoment next, const BallSet& balls, floa
       displacements[sample.pair] = Vec3d(next_sample->center) - Vec3d(sample.center);
   }
   for (std::size_t e = 0; e < balls.size(); ++e) {
-    const std::uint32_t number = plan.paths->balls[e].part;
-    const PartPose a = part_pose_at(plan.paths->parts[number],
-                                    static_cast<double>(sampled.eased[e])),
-                   b = part_pose_at(next.plan.paths->parts[number],
+    const std::uint32_t part = plan.paths->balls[e].part;
+    const PartPose a = part_pose_at(plan.paths->parts[part], static_cast<double>(sampled.eased[e])),
+                   b = part_pose_at(next.plan.paths->parts[part],
                                     static_cast<double>(next_eased[e]));
     const Mat3 motion = scaled(b.rotation * transposed(a.rotation), b.scale / a.scale);
     BallAttribute& attribute = regression.values.emplace_back();

@@ -28,21 +28,21 @@ struct FrameMap {
   /// MorphSurface::level (kernels/morph_surface.h).
   std::shared_ptr<const Regression> regression;
   Box box;                             ///< contains the surface
-  float from_scale = 1, to_scale = 1;  ///< scene units per unit of either object's lengths
+  float from_scale = 1, to_scale = 1;  ///< length in the frame per length on the object
 };
 
 /// Makes the map X_A(x) = sum_e k_e (p_e + F_e (x - x_e)) / sum_e k_e to the source and a similar
 /// map X_B to the target (docs/method.md, Map). The sums are over the pairs e of the plan. x_e is
-/// the centre of the pair's moving ball at `time`, p_e that of its source ball. F_e undoes the
-/// rotation and scaling of e's part (morph/parts.h) since time 0. Pairs on limbs with curves have
-/// samples on the centre lines instead (morph/limb_samples.h).
-/// The kernel k_e is Gaussian, with a deviation of 5.5 % of `size`. It is wider for large balls; it
-/// is 4 % where limbs are matched, and down to 1.5 % on limbs with curves and where limbs pass each
-/// other (morph/passing_limbs.h). At time 0 (1) X_A (X_B) is exactly the identity. At the
-/// landmarks' current positions (landmark_positions()), X_A and X_B are exactly the landmarks'
-/// points on both objects. `balls`: balls_at(plan, time). `size`: the diagonal of the objects.
-/// `from_thinness`, `to_thinness`: compute_thinness() of both objects; if given, the weights of
-/// MorphSurface::level are computed from them (Regression::thinness).
+/// the centre of the pair's moving ball at `time`, p_e the centre of its source ball. F_e undoes
+/// the rotation and scaling of e's part (morph/parts.h) since time 0. Pairs on limbs with curves
+/// have samples on the centre lines instead (morph/limb_samples.h). The kernel k_e is Gaussian,
+/// with a deviation of 5.5 % of `size`. It is wider for large balls; it is 4 % where limbs are
+/// matched, and down to 1.5 % on limbs with curves and where limbs pass each other
+/// (morph/passing_limbs.h). At time 0 (1) X_A (X_B) is exactly the identity. At the landmarks'
+/// current positions (landmark_positions()), X_A and X_B are exactly the landmarks' points on both
+/// objects. `balls`: balls_at(plan, time). `size`: the diagonal of the objects. `from_thinness`,
+/// `to_thinness`: compute_thinness() of both objects; if given, the weights of MorphSurface::level
+/// are computed from them (Regression::thinness).
 FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, float size,
                    const std::shared_ptr<const DistanceGrid>& from_thinness = nullptr,
                    const std::shared_ptr<const DistanceGrid>& to_thinness = nullptr);

@@ -16,7 +16,7 @@
 namespace polymorph {
 namespace {
 
-constexpr int kFramesPerLeg = 24;
+constexpr int kFramesPerLeg = 24;  ///< frames of a leg, unless the scene sets them
 constexpr std::array<StageInfo, 7> kStages{{
     {Stage::kLookOut, "look-out", "the source's own materials fade to the common look"},
     {Stage::kBoundaryOut, "boundary-out", "the source's mesh becomes its balls"},
@@ -29,12 +29,13 @@ constexpr std::array<StageInfo, 7> kStages{{
 
 float smoothstep(float t) { return t * t * (3 - 2 * t); }
 
-/// Sets the shares of a leg's stages. An end has stages only if it shows a model (`from_full`,
-/// `to_full`). A surface from distances starts at the model itself, so it has no boundary stages.
+/// Sets LegTiming::shares, whose indices are the stages. An end has stages only if it shows a model
+/// (`from_full`, `to_full`). A surface from distances starts at the model itself, so it has no
+/// boundary stages.
 void set_shares(LegTiming& leg, const BoundarySettings& settings, bool own_look) {
-  const bool cut =
+  const bool is_cut =
       leg.interpolation == Interpolation::kDistance || settings.method == BoundaryMethod::kCut;
-  const float boundary = cut ? 0 : settings.boundary_share;
+  const float boundary = is_cut ? 0 : settings.boundary_share;
   const float look = own_look ? 0 : settings.look_share;
   leg.shares[0] = leg.from_full ? look : 0;
   leg.shares[1] = leg.from_full ? boundary : 0;
@@ -47,8 +48,8 @@ void set_shares(LegTiming& leg, const BoundarySettings& settings, bool own_look)
   leg.shares[2] = 1 - (leg.shares[0] + leg.shares[1] + leg.shares[3] + leg.shares[4]);
 }
 
-/// Tests whether a leg's surface is made from distances. Effects that separate into single balls,
-/// and the report's method, use balls.
+/// Tests whether a leg's surface is made from distances. Paths and shapes that separate into single
+/// balls (explode, drops), and the report's method, use balls.
 bool has_distances(const Scene& scene, const ObjectSettings& from, const ObjectSettings& to) {
   constexpr const char* kDrops = "drops";
   return to.motion.interpolate == Interpolation::kDistance && to.motion.path != Path::kExplode &&
@@ -56,11 +57,12 @@ bool has_distances(const Scene& scene, const ObjectSettings& from, const ObjectS
          from.shape != kDrops && to.shape != kDrops;
 }
 
-/// Handles ends of a leg that show a model but have no stages (a cut without a fade). If `local`,
-/// the time in the leg, is such an end, sets `state` to show the model and returns true.
-bool show_model_without_stages(const LegTiming& leg, float local, MorphState& state) {
-  const bool at_start = local <= 0 && leg.from_full && leg.shares[0] + leg.shares[1] <= 0;
-  const bool at_end = local >= 1 && leg.to_full && leg.shares[3] + leg.shares[4] <= 0;
+/// Handles ends of a leg that show a model but have no stages (a cut without a fade).
+/// `leg_fraction`: fraction of the leg that has passed, [0, 1]. If it is such an end, sets `state`
+/// to show the model and returns true.
+bool show_model_without_stages(const LegTiming& leg, float leg_fraction, MorphState& state) {
+  const bool at_start = leg_fraction <= 0 && leg.from_full && leg.shares[0] + leg.shares[1] <= 0;
+  const bool at_end = leg_fraction >= 1 && leg.to_full && leg.shares[3] + leg.shares[4] <= 0;
   if (!at_start && !at_end) return false;
   state.stage = at_start ? Stage::kLookOut : Stage::kLookIn;
   state.object = at_start ? state.leg : state.leg + 1;
@@ -70,11 +72,13 @@ bool show_model_without_stages(const LegTiming& leg, float local, MorphState& st
   return true;
 }
 
-/// Tests whether the scene gives the total number of frames, from which those of the legs follow.
+/// Tests whether the scene gives the total number of frames, from which the legs' numbers of frames
+/// follow.
 bool is_counted(const Scene& scene) {
   return scene.frames.count > 0 && scene.frames.per_leg.empty();
 }
 
+/// Number of frames of each leg.
 std::vector<int> leg_frames(const Scene& scene, const ActorSettings& actor) {
   if (!actor.per_leg.empty()) return actor.per_leg;
   if (!scene.frames.per_leg.empty()) return scene.frames.per_leg;
@@ -110,7 +114,7 @@ int round_frames(const Playback& playback) {
 
 /// The mesh that is shown `step` frames after the first.
 int mesh_at(const Playback& playback, int step) {
-  double elapsed = step;
+  double elapsed = step;  // frames; in a loop, since the first mesh was last shown
   if (playback.loop)
     elapsed = std::fmod(elapsed + kRounding, playback.meshes / playback.pace + playback.hold);
   return std::min(static_cast<int>(elapsed * playback.pace + kRounding), playback.meshes - 1);
@@ -193,8 +197,9 @@ Timeline lay_out(const Scene& scene, const ActorSettings& actor) {
   }
   if (!actor.blend.empty()) {
     const bool counts_all = is_counted(scene) && actor.per_leg.empty();
-    const int held = timeline.hold_start + scene.frames.hold_end;
-    timeline.steps = (counts_all ? timeline.count - held : leg_frames(scene, actor).front()) - 1;
+    const int still_frames = timeline.hold_start + scene.frames.hold_end;
+    timeline.steps =
+        (counts_all ? timeline.count - still_frames : leg_frames(scene, actor).front()) - 1;
     add_blend_legs(scene, actor, timeline);
     return timeline;
   }
@@ -205,30 +210,34 @@ Timeline lay_out(const Scene& scene, const ActorSettings& actor) {
     // An object between two legs plays on without a hold.
     for (std::size_t i = 1; i + 1 < objects.size(); ++i) timeline.playbacks[i].hold = 0;
   }
-  const std::size_t legs = objects.size() - 1;
+  // Distribute the steps over the legs and the holds.
+  const std::size_t leg_count = objects.size() - 1;
   const std::vector<int> frames = leg_frames(scene, actor);
-  PM_CHECK(frames.size() == legs);
+  PM_CHECK(frames.size() == leg_count);
 
+  // The number of steps follows from the scene's number of frames or from the legs' frames.
   const int total = std::accumulate(frames.begin(), frames.end(), 0);
-  int held = held_frames(actor);
+  int hold_frames = held_frames(actor);
   const bool counts_all = is_counted(scene) && actor.per_leg.empty();
   timeline.steps = counts_all ? timeline.count - timeline.hold_start - scene.frames.hold_end - 1
-                              : std::max(2, total) + held - 1;
+                              : std::max(2, total) + hold_frames - 1;
   // If the holds leave less than a step per leg, there are no holds.
-  if (timeline.steps - held < static_cast<int>(legs)) held = 0;
-  const int moving = timeline.steps - held;
-  int frames_before = 0, held_before = 0;
-  // The step, rounded, at which the first n of the `total` frames of legs have passed.
+  if (timeline.steps - hold_frames < static_cast<int>(leg_count)) hold_frames = 0;
+  const int moving = timeline.steps - hold_frames;
+  // Sums over the legs so far: frames as the scene gives them, and steps of holds.
+  int frames_before = 0, holds_before = 0;
+  // The step, without holds, at which the first n of the legs' `total` frames have passed: n *
+  // moving / total, rounded.
   const auto step_at = [&](int n) {
     return static_cast<int>((2LL * n * moving + total) / (2LL * total));
   };
-  for (std::size_t i = 0; i < legs; ++i) {
+  for (std::size_t i = 0; i < leg_count; ++i) {
     LegTiming leg;
     const int first = step_at(frames_before);
     frames_before += frames[i];
     leg.steps = step_at(frames_before) - first;
-    leg.first_step = first + held_before;
-    if (held > 0) held_before += objects[i + 1]->hold;
+    leg.first_step = first + holds_before;
+    if (hold_frames > 0) holds_before += objects[i + 1]->hold;
     leg.motion = objects[i + 1]->motion;
     // After a leg of balls that is left early (`retarget`), the next leg continues with balls.
     const bool stays_balls = i > 0 && objects[i]->retarget < 1 &&
@@ -339,9 +348,9 @@ FilmTime film_time(const Scene& scene, double frame) {
 
 Scene scene_at(const Scene& scene, double frame) {
   if (scene.frames.turntable == 0) return scene_at(scene, film_time(scene, frame));
-  Scene shown = scene_at(scene, film_time(scene, scene.frames.still));
-  shown.camera.orbit += static_cast<float>(360 * (frame - 1) / scene.frames.turntable);
-  return shown;
+  Scene still_scene = scene_at(scene, film_time(scene, scene.frames.still));
+  still_scene.camera.orbit += static_cast<float>(360 * (frame - 1) / scene.frames.turntable);
+  return still_scene;
 }
 
 MorphState morph_state_at(const Timeline& timeline, double frame) {
@@ -355,45 +364,46 @@ MorphState morph_state_at(const Timeline& timeline, double frame) {
   const std::vector<float> weights = weights_at(timeline, frame);
   if (mixes_many(timeline)) return blend_state(timeline, weights, state);
 
-  // Finds the last leg that has begun. Legs without steps are skipped, but the first frame always
-  // belongs to the first leg and the last frame to the last.
-  const bool last = step == timeline.steps;
+  // Find the last leg that has begun. Legs without steps are skipped, but the first frame always
+  // belongs to the first leg and the last frame to the last leg.
+  const bool is_last_step = step == timeline.steps;
   std::size_t index = timeline.legs.size() - 1;
-  while (!last && index > 0 &&
+  while (!is_last_step && index > 0 &&
          (step == 0 || step < timeline.legs[index].first_step || timeline.legs[index].steps == 0))
     --index;
   const LegTiming& leg = timeline.legs[index];
   state.leg = static_cast<int>(index);
   state.mesh = shown_mesh_number(timeline, index, state.frame);
   state.to_mesh = shown_mesh_number(timeline, index + 1, state.frame);
-  // Time in the leg, [0, 1]; in a blend of two objects, the weight of the second.
-  float local = !weights.empty() ? weights[1]
-                : last           ? 1.0f
-                                 : std::min(static_cast<float>(step - leg.first_step) /
-                                                static_cast<float>(std::max(leg.steps, 1)),
-                                            1.0f);
-  if (show_model_without_stages(leg, local, state)) return state;
+  // Fraction of the leg that has passed, [0, 1]; in a blend of two objects, the weight of the
+  // second.
+  float leg_fraction = !weights.empty() ? weights[1]
+                       : is_last_step   ? 1.0f
+                                        : std::min(static_cast<float>(step - leg.first_step) /
+                                                       static_cast<float>(std::max(leg.steps, 1)),
+                                                   1.0f);
+  if (show_model_without_stages(leg, leg_fraction, state)) return state;
 
   int stage = 0;
-  while (stage < 4 && (leg.shares[stage] <= 0 || local > leg.shares[stage]))
-    local -= leg.shares[stage++];
+  while (stage < 4 && (leg.shares[stage] <= 0 || leg_fraction > leg.shares[stage]))
+    leg_fraction -= leg.shares[stage++];
   // Rounding may leave a remainder, which belongs to the last stage with a share.
-  while (leg.shares[stage] <= 0) local = leg.shares[--stage];
+  while (leg.shares[stage] <= 0) leg_fraction = leg.shares[--stage];
   state.stage = static_cast<Stage>(stage);
-  state.progress = std::clamp(local / leg.shares[stage], 0.0f, 1.0f);
+  state.progress = std::clamp(leg_fraction / leg.shares[stage], 0.0f, 1.0f);
 
   const float eased = smoothstep(state.progress);
   if (state.stage == Stage::kVolume) {
     state.time = leg.until * state.progress;
   } else {
-    const bool leaving = state.stage < Stage::kVolume,
+    const bool is_leaving = state.stage < Stage::kVolume,
                is_look = state.stage == Stage::kLookOut || state.stage == Stage::kLookIn;
     // 0: the model as it is; 1: the common look, or only balls.
-    const float fade = leaving ? eased : 1 - eased;
-    state.object = leaving ? state.leg : state.leg + 1;
-    state.time = leaving ? 0.0f : 1.0f;
+    const float fade = is_leaving ? eased : 1 - eased;
+    state.object = is_leaving ? state.leg : state.leg + 1;
+    state.time = is_leaving ? 0.0f : 1.0f;
     state.look = is_look ? fade : 1;
-    state.boundary = is_look ? 1 : leaving ? 1 - eased : eased;
+    state.boundary = is_look ? 1 : is_leaving ? 1 - eased : eased;
     state.growth = is_look ? 0 : fade;
   }
   if (timeline.own_look) state.look = 0;

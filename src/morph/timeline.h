@@ -1,5 +1,6 @@
 // Timeline of a morph (the state machine of the report's Fig. 5.14): the state that a frame shows,
-// as a function of its number alone.
+// as a function of its number alone. A leg is the part of the timeline in which one object turns
+// into the next.
 #pragma once
 
 #include <cstdint>
@@ -37,7 +38,8 @@ const char* stage_name(Stage stage);
 
 /// Timing of one leg.
 struct LegTiming {
-  int first_step = 0, steps = 1;          ///< a step leads from one frame to the next
+  /// A step leads from one frame to the next; step 0 begins after Timeline::hold_start.
+  int first_step = 0, steps = 1;
   bool from_full = true, to_full = true;  ///< whether the leg's start (end) shows a model
   /// Fractions of the leg's time for the stages kLookOut to kLookIn; they sum to 1.
   float shares[5] = {0, 0, 1, 0, 0};
@@ -49,11 +51,11 @@ struct LegTiming {
 
 /// Playback of a mesh sequence.
 struct Playback {
-  int meshes = 0;   ///< 0: the object is no mesh sequence
-  double pace = 1;  ///< meshes per frame
-  int hold = 0;     ///< frames for which the last mesh is held
-  bool loop = false;
-  float fps = 24;  ///< frames per second
+  int meshes = 0;     ///< number of meshes; 0: the object is no mesh sequence
+  double pace = 1;    ///< meshes per frame
+  int hold = 0;       ///< frames for which the last mesh is held
+  bool loop = false;  ///< whether the first mesh follows the last one
+  float fps = 24;     ///< frames per second
 };
 
 /// The timing of one actor: its holds, legs, mesh sequences and weights.
@@ -69,9 +71,9 @@ struct Timeline {
   /// One playback per object of the chain, with `meshes` = 0 for objects that are no mesh sequence;
   /// empty if no object is one. Without legs, the single object plays.
   std::vector<Playback> playbacks;
-  /// For a blend, the weights of the objects, [frame - 1][object], which sum to 1. With two
-  /// objects, the second weight is the elapsed fraction of the only leg's time. With more, leg k
-  /// leads from object 0 to object k + 1, and frames mix all legs.
+  /// For a blend, the weights of the objects, [frame - 1][object], which sum to 1; else empty. With
+  /// two objects, the second weight is the elapsed fraction of the only leg's time. With more, leg
+  /// k leads from object 0 to object k + 1, and frames mix all legs.
   std::vector<std::vector<float>> weights;
   bool own_look = true;  ///< objects keep their own materials; there is no common look
 };
@@ -106,8 +108,9 @@ int shown_frame(const Scene& scene, int frame);
 /// film_frame_count()].
 float sequence_time(const Scene& scene, int frame);
 
-/// The time of the film at `frame`, possibly between frames, in the units of keyframes. Legs are
-/// those of the first actor; while it stands still between two legs, `leg` is an integer.
+/// The time of the film at `frame`, possibly between frames, in the units of keyframes.
+/// FilmTime::leg counts the legs of the first actor, and is an integer while that actor stands
+/// still.
 FilmTime film_time(const Scene& scene, double frame);
 /// The scene with the values of its keyed settings at `frame`, in [1, frame_count()] and possibly
 /// between frames.
@@ -126,8 +129,8 @@ struct MorphState {
   float look = 1;      ///< look of `object`: 0 own materials .. 1 common look
   float boundary = 0;  ///< size of `object`: 1 whole .. 0 shrunk into its balls
   float growth = 1;    ///< size of the balls: 0 absent .. 1 whole
-  /// Current meshes of the leg's source and target, or of the single object that plays, counted
-  /// from 0 in the order of play; -1 for an object that is no mesh sequence.
+  /// Indices of the current meshes of the leg's source and target, or of the single object that
+  /// plays, counted from 0 in the order of play; -1 for an object that is no mesh sequence.
   int mesh = -1, to_mesh = -1;
   /// Weights of the objects if three or more are mixed, even while one has all the weight; or
   /// empty.

@@ -16,6 +16,7 @@
 namespace polymorph {
 namespace {
 
+// A plan's cost is below 2^60, even if all mass goes through the hub (ColumnGeneration::solve()).
 constexpr std::int64_t kTotal = std::int64_t{1} << 30;  ///< total mass in integer units
 constexpr double kCostSteps = 1 << 26;                  ///< integer cost of the most expensive arc
 
@@ -30,7 +31,7 @@ std::vector<std::int64_t> to_units(std::span<const double> masses) {
     PM_CHECK(masses[i] > 0);
     const double exact = distributed * masses[i] / sum;
     units[i] = 1 + static_cast<std::int64_t>(exact);
-    remainders[i] = {std::floor(exact) - exact, i};
+    remainders[i] = {std::floor(exact) - exact, i};  // negative, so that the largest sorts first
     assigned += units[i];
   }
   std::sort(remainders.begin(), remainders.end());
@@ -39,6 +40,7 @@ std::vector<std::int64_t> to_units(std::span<const double> masses) {
   return units;
 }
 
+/// A source, a target, and the integer cost of a unit of mass between them.
 struct TransportArc {
   std::uint32_t from = 0, to = 0;
   std::int64_t cost = 0;
@@ -58,9 +60,9 @@ void for_ranges(std::int64_t n, std::int64_t grain, std::int64_t work, const F& 
     parallel_ranges(n, grain, f);
 }
 
-/// Solver of one transport problem, in integers. Reduced cost of an arc: its cost plus the
-/// potential of its source, minus that of its target; an arc that would lower the plan's cost has a
-/// negative one.
+/// Solver of one transport problem, in integers. The reduced cost of an arc is its cost plus the
+/// potential of its source, minus the potential of its target. It is negative for an arc that would
+/// lower the plan's cost.
 class ColumnGeneration {
  public:
   ColumnGeneration(std::span<const double> supply, std::span<const double> demand,
@@ -89,10 +91,10 @@ class ColumnGeneration {
       return {std::move(flows_), cost, cost};
     }
     guess_potentials();
-    add(cheapest_arcs(kFirstArcs, true));
+    add(cheapest_arcs(kFirstArcs, /*include_all=*/true));
     for (int round = 0;; ++round) {
       solve();
-      const std::vector<TransportArc> missing = cheapest_arcs(kMoreArcs, false);
+      const std::vector<TransportArc> missing = cheapest_arcs(kMoreArcs, /*include_all=*/false);
       // The dual is feasible once each source's potential is lowered by its most negative reduced
       // cost.
       const double bound = cost_ - saving_;
@@ -107,8 +109,7 @@ class ColumnGeneration {
   }
 
  private:
-  /// Number of arcs per source and per target that the first round starts with, and that each
-  /// further round adds at most.
+  /// Number of arcs per source and per target: at the start, and at most added per round.
   static constexpr std::size_t kFirstArcs = 12, kMoreArcs = 6;
 
   std::int64_t pairs() const { return std::int64_t{n_} * m_; }
@@ -146,13 +147,15 @@ class ColumnGeneration {
   /// sources of supply times the most negative reduced cost.
   std::vector<TransportArc> cheapest_arcs(std::size_t count, bool include_all) {
     struct Candidate {
-      std::int64_t reduced;
-      std::uint32_t other;
+      std::int64_t reduced;  // reduced cost
+      std::uint32_t other;   // the target of a source, or the source of a target
       std::int64_t cost;
       bool operator<(const Candidate& c) const {
         return std::pair(reduced, other) < std::pair(c.reduced, c.other);
       }
     };
+    // Scan the costs in chunks of sources. Each chunk lists the best arcs of its sources, and the
+    // best arcs from them to every target.
     constexpr std::int64_t kChunk = 128;  // fixed, so that results do not depend on threads
     const std::int64_t chunks = (n_ + kChunk - 1) / kChunk;
     std::vector<std::vector<Candidate>> by_source(n_);
@@ -184,6 +187,7 @@ class ColumnGeneration {
     for_ranges(chunks, 1, pairs(), [&](std::int64_t begin, std::int64_t end) {
       for (std::int64_t chunk = begin; chunk < end; ++chunk) scan(chunk);
     });
+    // Collect the sources' arcs, and join the chunks' lists of each target.
     std::vector<TransportArc> arcs;
     saving_ = 0;
     for (std::uint32_t i = 0; i < n_; ++i) {
@@ -199,12 +203,13 @@ class ColumnGeneration {
     return arcs;
   }
 
-  /// Initializes the potentials from those of a smaller problem with every k-th source and target.
-  /// Arcs of low reduced cost are then mostly the ones needed. With potentials of 0, 4096 x 3079
-  /// balls take 3.4 s instead of 2.4 s.
+  /// Initializes the potentials from the potentials of a smaller problem with every k-th source and
+  /// target. Arcs of low reduced cost are then mostly the ones needed. With potentials of 0, 4096 x
+  /// 3079 balls take 3.4 s instead of 2.4 s.
   void guess_potentials() {
     constexpr std::uint32_t kReducedSize = 512;
     if (std::max(n_, m_) <= 2 * kReducedSize) return;
+    // Solve the smaller problem.
     const std::uint32_t step_from = (n_ + kReducedSize - 1) / kReducedSize;
     const std::uint32_t step_to = (m_ + kReducedSize - 1) / kReducedSize;
     std::vector<double> supply, demand;
@@ -217,17 +222,17 @@ class ColumnGeneration {
       rows_(from * step_from, row);
       for (std::size_t j = 0; j < costs.size(); ++j) costs[j] = row[j * step_to];
     };
-    ColumnGeneration small(supply, demand, rows);
-    small.run(0.001);
+    ColumnGeneration small_problem(supply, demand, rows);
+    small_problem.run(/*gap=*/0.001);
     // A target gets the highest potential that leaves no negative reduced cost with the small
     // problem's sources; then a source gets the lowest that leaves none with any target.
-    const double cost_ratio = scale_ / small.scale_;
+    const double cost_ratio = scale_ / small_problem.scale_;
     std::vector<float> row(m_);
     potential_to_.assign(m_, std::numeric_limits<std::int64_t>::max());
-    for (std::uint32_t k = 0; k < small.n_; ++k) {
+    for (std::uint32_t k = 0; k < small_problem.n_; ++k) {
       rows_(k * step_from, row);
       const std::int64_t potential =
-          std::llround(static_cast<double>(small.potential_from_[k]) * cost_ratio);
+          std::llround(static_cast<double>(small_problem.potential_from_[k]) * cost_ratio);
       for (std::uint32_t j = 0; j < m_; ++j)
         potential_to_[j] = std::min(potential_to_[j], to_integer(row[j]) + potential);
     }
@@ -243,6 +248,7 @@ class ColumnGeneration {
     });
   }
 
+  /// Adds arcs; keeps them sorted and without duplicates.
   void add(std::vector<TransportArc> more) {
     arcs_.insert(arcs_.end(), more.begin(), more.end());
     std::sort(arcs_.begin(), arcs_.end());
@@ -259,6 +265,7 @@ class ColumnGeneration {
     using Graph = lemon::StaticDigraph;
     const int hub = static_cast<int>(n_ + m_);
     const auto hub_cost = static_cast<std::int64_t>(2 * kCostSteps);
+    // List the arcs: nodes 0 to n - 1 are the sources, then come the targets and the hub.
     std::vector<std::pair<int, int>> ends;
     std::vector<std::int64_t> costs;
     std::size_t next = 0;
@@ -275,6 +282,7 @@ class ColumnGeneration {
       ends.emplace_back(hub, static_cast<int>(n_ + j));
       costs.push_back(hub_cost);
     }
+    // Build the graph and run the simplex.
     Graph graph;
     graph.build(hub + 1, ends.begin(), ends.end());
     Graph::ArcMap<std::int64_t> cost_map(graph);
@@ -289,6 +297,7 @@ class ColumnGeneration {
     simplex.costMap(cost_map).supplyMap(supply_map);
     const auto outcome = simplex.run();
     PM_CHECK(outcome == simplex.OPTIMAL);
+    // Read potentials, flows and cost.
     for (std::uint32_t i = 0; i < n_; ++i)
       potential_from_[i] = simplex.potential(Graph::node(static_cast<int>(i)));
     for (std::uint32_t j = 0; j < m_; ++j)
@@ -317,7 +326,8 @@ class ColumnGeneration {
   std::vector<TransportArc> arcs_;
   std::vector<std::int64_t> potential_from_, potential_to_;  ///< dual variables
   std::vector<TransportFlow> flows_;
-  /// Cost of `flows_`, and how much other arcs may lower it at most (cheapest_arcs()), in units.
+  /// Cost of `flows_`, and the most by which other arcs may lower it (cheapest_arcs()), in integer
+  /// units.
   double cost_ = 0, saving_ = 0;
   std::int64_t hub_flow_ = 0;  ///< mass that solve() sent through the hub, for want of arcs
 };

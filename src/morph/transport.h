@@ -8,15 +8,16 @@
 
 namespace polymorph {
 
-/// Mass that is moved from one source to one target.
+/// Mass that is moved from one source to one target, which are given by their indices.
 struct TransportFlow {
   std::uint32_t from = 0, to = 0;
   double amount = 0;  ///< > 0; the amounts of all flows sum to 1
 };
 
+/// A transport plan and its cost.
 struct TransportPlan {
   std::vector<TransportFlow> flows;  ///< sorted by `from`, then `to`
-  double cost = 0;                   ///< sum over flows of amount times cost of its pair
+  double cost = 0;                   ///< sum over the flows of amount * cost of the arc
   /// Lower bound of the cost of any plan, from the dual of the linear programme.
   double lower_bound = 0;
 };

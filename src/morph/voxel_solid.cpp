@@ -88,6 +88,7 @@ std::vector<std::uint8_t> mark_inside(const std::vector<Ball>& balls, const Grid
   std::vector<std::uint8_t> inside(plane * static_cast<std::size_t>(grid.points.z), 0);
   std::vector<Vec3> half;
   for (const Ball& ball : balls) half.push_back(half_extent(ball, kTail));
+  // First and last grid point of a ball's box along an axis; none in the grid: first > last.
   const auto range = [&](float center, float half_size, float origin, int points) {
     const float low = (center - half_size - origin) / grid.cell,
                 high = (center + half_size - origin) / grid.cell;
@@ -181,6 +182,7 @@ void join_components(const Grid& grid, std::vector<std::uint8_t>& inside) {
   auto components = find_components(grid, inside);
   std::size_t count = 0;
   for (const auto& members : components) count += members.size();
+  // Components of fewer than 4 voxels, or than 1/5000 of all, are removed.
   const std::size_t min_count = std::max<std::size_t>(4, count / 5000);
   std::erase_if(components, [&](const std::vector<std::uint32_t>& members) {
     if (members.size() >= min_count) return false;
@@ -191,6 +193,7 @@ void join_components(const Grid& grid, std::vector<std::uint8_t>& inside) {
     const auto smallest =
         std::min_element(components.begin(), components.end(),
                          [](const auto& a, const auto& b) { return a.size() < b.size(); });
+    // Find its voxel and the other component's voxel that are nearest to each other.
     const std::vector<std::uint32_t> own_border = find_border(grid, inside, *smallest);
     std::vector<Int3> own_coordinates;
     for (const std::uint32_t voxel : own_border)
@@ -211,9 +214,11 @@ void join_components(const Grid& grid, std::vector<std::uint8_t>& inside) {
         }
       }
     }
-    auto& joined = components[partner];
-    add_line(grid, grid_coordinates(grid, from), grid_coordinates(grid, to), inside, joined);
-    joined.insert(joined.end(), smallest->begin(), smallest->end());
+    // Connect them by a line, and join the components.
+    auto& partner_members = components[partner];
+    add_line(grid, grid_coordinates(grid, from), grid_coordinates(grid, to), inside,
+             partner_members);
+    partner_members.insert(partner_members.end(), smallest->begin(), smallest->end());
     components.erase(smallest);
   }
 }
@@ -242,30 +247,30 @@ void number_voxels(VoxelSolid& solid, const std::vector<std::uint8_t>& inside) {
 
 constexpr std::uint32_t kFar = std::numeric_limits<std::uint32_t>::max();
 
-/// Completes distances from those that are not kFar: Dial's algorithm (1969), which is Dijkstra's
-/// with a cyclic array of buckets, one per length; no step is longer than 21.
+/// Completes distances from the known ones, which are not kFar: Dial's algorithm (1969), which is
+/// Dijkstra's with a cyclic array of buckets, one per length; no step is longer than 21.
 void propagate_distances(const VoxelSolid& solid, std::vector<std::uint32_t>& distance) {
   constexpr std::uint32_t kBuckets = 32;
   std::array<std::vector<std::uint32_t>, kBuckets> buckets;
-  std::size_t queued = 0;
+  std::size_t queued_count = 0;
   std::uint32_t low = kFar, high = 0;
   for (const std::uint32_t d : distance)
     if (d != kFar) low = std::min(low, d), high = std::max(high, d);
   PM_CHECK(low == kFar || high - low < kBuckets);
   for (std::uint32_t i = 0; i < distance.size(); ++i)
-    if (distance[i] != kFar) buckets[distance[i] % kBuckets].push_back(i), ++queued;
-  for (std::uint32_t d = low; queued > 0; ++d) {
+    if (distance[i] != kFar) buckets[distance[i] % kBuckets].push_back(i), ++queued_count;
+  for (std::uint32_t d = low; queued_count > 0; ++d) {
     std::vector<std::uint32_t>& bucket = buckets[d % kBuckets];
     // Steps are longer than 0 and shorter than the number of buckets, so this bucket does not grow.
     for (const std::uint32_t i : bucket) {
-      --queued;
+      --queued_count;
       if (distance[i] != d) continue;
       for (std::uint32_t k = solid.first_neighbor[i]; k < solid.first_neighbor[i + 1]; ++k) {
         const std::uint32_t to = solid.neighbors[k], new_distance = d + solid.steps[k];
         if (new_distance >= distance[to]) continue;
         distance[to] = new_distance;
         buckets[new_distance % kBuckets].push_back(to);
-        ++queued;
+        ++queued_count;
       }
     }
     bucket.clear();

@@ -18,7 +18,7 @@ namespace polymorph {
 /// sums and comparisons are exact.
 struct VoxelSolid {
   static constexpr std::uint32_t kStepUnits = 12;
-  static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+  static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();  ///< no voxel
 
   Grid grid;
   std::vector<std::uint32_t> grid_indices;  ///< per voxel, the index of its grid point; increasing
@@ -51,7 +51,7 @@ std::vector<std::uint32_t> geodesic_distances(const VoxelSolid& solid,
                                               std::span<const std::uint32_t> sources);
 
 /// Computes for each voxel the radius of the largest ball inside the solid that contains it: half
-/// the local thickness.
+/// the local thickness. Unit: as VoxelSolid::depth.
 std::vector<std::uint32_t> local_radii(const VoxelSolid& solid);
 
 /// Finds the voxel nearest to `place`. The solid must not be empty.

@@ -15,6 +15,7 @@
 namespace polymorph {
 namespace {
 
+/// Joins the distinct names, in the order of their first occurrence.
 std::string join_distinct(const std::vector<std::string>& names) {
   std::vector<std::string> seen;
   for (const std::string& name : names)
@@ -22,13 +23,13 @@ std::string join_distinct(const std::vector<std::string>& names) {
   return fmt::format("{}", fmt::join(seen, ", "));
 }
 
-/// Returns the object that is shown, as its model or in its boundary stage.
+/// Returns the object whose model or boundary stage a moment shows. `leg`: the moment's leg.
 const std::shared_ptr<const PreparedObject>& shown_object(const Leg& leg,
                                                           const MorphState& moment) {
   return moment.object == moment.leg ? leg.from : leg.to;
 }
 
-/// Makes the geometry of a stage that shows an object, as its model or in its boundary stage.
+/// Makes the geometry of a moment that shows the model or the boundary stage of an object.
 Result<ActorGeometry> model_geometry(const PreparedActor& actor, const MorphState& moment,
                                      Engine& engine) {
   ActorGeometry geometry;
@@ -83,8 +84,9 @@ Result<ActorGeometry> sequence_geometry(const PreparedActor& actor, const MorphS
   return geometry;
 }
 
-/// Adds the motion until the next frame, within the stage. The motion omits the change of the level
-/// that keeps the volume. Boundary blends, whose surfaces move by less than a cell, have none.
+/// Adds the motion until the next frame, or until the end of the stage if that comes first. The
+/// change of the level that keeps the volume is not part of the motion. Boundary blends, whose
+/// surfaces move by less than a cell, get no motion. `is_last`: no frame follows.
 Status add_flow(const PreparedActor& actor, bool is_last, Engine& engine, ActorGeometry& geometry) {
   const MorphState& now = geometry.moment;
   const MorphState next = is_last ? now : morph_state_at(actor.timeline, now.frame + 1);
@@ -96,7 +98,7 @@ Status add_flow(const PreparedActor& actor, bool is_last, Engine& engine, ActorG
   }
   if (actor.space) {  // three objects or more are mixed
     const bool is_model = !geometry.points.empty();
-    if (now.weights == next.weights && is_model) return Ok{};
+    if (now.weights == next.weights && is_model) return Ok{};  // the model stands still
     PM_TRY(Flow flow,
            weighted_flow(*actor.space, now.weights, next.weights,
                          is_model ? geometry.points : geometry.surface.positions, engine));
@@ -117,6 +119,7 @@ Status add_flow(const PreparedActor& actor, bool is_last, Engine& engine, ActorG
                                      geometry.surface.positions, engine));
     return Ok{};
   }
+  // A model shows, or a boundary stage.
   if (geometry.points.empty()) return Ok{};
   if (const MeshSequence* sequence = moving_sequence(actor, now.object);
       sequence && now.boundary == 1) {  // a mesh of a sequence shows, as yet without its balls
@@ -127,9 +130,10 @@ Status add_flow(const PreparedActor& actor, bool is_last, Engine& engine, ActorG
     PM_TRY(geometry.displacement, compute_mesh_motion(*sequence, *geometry.sequence_model, step));
     return Ok{};
   }
-  if (next.object >= 0 && next.object != now.object) return Ok{};
+  if (next.object >= 0 && next.object != now.object) return Ok{};  // another object follows
   const float boundary = next.object < 0 ? 0 : next.boundary;
-  // The displacement depends on 1 - boundary, which may be equal for different values of boundary.
+  // The displacement depends on 1 - boundary, which rounding may make equal for different values of
+  // boundary.
   if (1 - boundary == 1 - now.boundary) return Ok{};
   geometry.displacement =
       boundary_displacement(*shown_object(*geometry.leg, now), geometry.points, boundary);
@@ -160,20 +164,20 @@ void shift(const PreparedActor& actor, ActorGeometry& geometry) {
 Result<ActorGeometry> full_geometry(const PreparedScene& prepared, const PreparedActor& actor,
                                     int frame, Engine& engine) {
   const Scene& scene = prepared.scene;
-  const int shown = shown_frame(scene, frame);
+  const int film_frame = shown_frame(scene, frame);
   const bool turntable = scene.frames.turntable > 0;  // only the camera moves
   const bool is_last = turntable || frame == prepared.frame_count;
-  const bool labels =
+  const bool needs_labels =
       includes_aov(scene.image.aovs, "label") || includes_aov(scene.image.aovs, "crypto_label");
-  const MorphState moment = morph_state_at(actor.timeline, shown);
+  const MorphState moment = morph_state_at(actor.timeline, film_frame);
   PM_TRY(ActorGeometry geometry, unshifted_geometry(actor, moment, engine));
   if (wants_flow(scene_at(scene, static_cast<double>(frame))))
     PM_TRY_STATUS(add_flow(actor, is_last, engine, geometry));
-  geometry.moves = !turntable && differs_from_neighbours(actor.timeline, shown);
-  if (labels && !geometry.surface.positions.empty()) {
+  geometry.moves = !turntable && differs_from_neighbours(actor.timeline, film_frame);
+  if (needs_labels && !geometry.surface.positions.empty()) {
     PM_TRY(geometry.surface_labels, surface_labels(geometry, engine));
   }
-  if (labels && !geometry.points.empty()) {
+  if (needs_labels && !geometry.points.empty()) {
     const Model& model = shown_model(actor, geometry);
     geometry.point_labels =
         model_labels(model, label_numbers(model.label_names, actor.label_names));
@@ -227,16 +231,17 @@ Mesh shown_mesh(const PreparedActor& actor, const ActorGeometry& geometry) {
 }
 
 Result<FrameGeometry> geometry_at(const PreparedScene& prepared, Engine& engine, int frame) {
-  const int shown = shown_frame(prepared.scene, frame);
+  const int film_frame = shown_frame(prepared.scene, frame);
   FrameGeometry geometry{
-      frame, sequence_time(prepared.scene, shown), stage_names(prepared, frame), {}};
+      frame, sequence_time(prepared.scene, film_frame), stage_names(prepared, frame), {}};
   // Actors that share legs and times have the same geometry, which is made once.
-  std::map<std::tuple<const Leg*, int, int, int>, std::size_t> computed;
+  // `first_actors`: by first leg and times, the actor whose geometry is copied.
+  std::map<std::tuple<const Leg*, int, int, int>, std::size_t> first_actors;
   for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
     const PreparedActor& actor = prepared.actors[a];
     const Timeline& times = actor.timeline;
     if (!actor.legs.empty()) {
-      const auto [first, is_new] = computed.try_emplace(
+      const auto [first, is_new] = first_actors.try_emplace(
           {actor.legs.front().get(), times.start, times.steps, times.hold_start}, a);
       if (!is_new) {
         geometry.actors.push_back(geometry.actors[first->second]);

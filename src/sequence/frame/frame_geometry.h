@@ -26,10 +26,10 @@ struct ActorGeometry {
   Mesh surface;              ///< surface of the leg or mixture, or of the model's boundary stage
   std::vector<Vec3> points;  ///< points of the model; empty: no model shows
   std::shared_ptr<const Model>
-      sequence_model;                      ///< the model if a mesh sequence shows it, else null
-  std::shared_ptr<const Leg> leg;          ///< leg, if balls show or a model turns into balls
-  std::vector<Vec3> corner_normals;        ///< 3 per triangle of the model; empty: its own normals
-  std::shared_ptr<const Mixture> mixture;  ///< mixture, if three objects or more are mixed
+      sequence_model;                ///< the model if a mesh sequence shows it, else null
+  std::shared_ptr<const Leg> leg;    ///< leg, if balls show or a model turns into balls; else null
+  std::vector<Vec3> corner_normals;  ///< 3 per triangle of the model; empty: its own normals
+  std::shared_ptr<const Mixture> mixture;  ///< mixture of three objects or more; else null
   float lift = 0;                          ///< WeightedSurface::lift of the mixture's surface
   /// Motion until the next frame; only computed if wants_flow() (scene/scene.h).
   Flow flow;                       ///< motion of the surface's points; empty: still
@@ -40,7 +40,7 @@ struct ActorGeometry {
   /// Scene-linear colours of the surface's and the model's points that replace materials and look
   /// (paint_origins.h); empty: none.
   std::vector<Vec3> surface_paint, point_paint;
-  bool moves = true;  ///< the geometry differs from those of the frames before and after
+  bool moves = true;  ///< whether it differs from both the frame before and the frame after
 };
 
 /// Returns the object of an actor with the index MorphState::object.
@@ -48,7 +48,7 @@ inline const PreparedObject& object_of(const PreparedActor& actor, int object) {
   return *actor.objects[static_cast<std::size_t>(object)];
 }
 
-/// Returns the model that the actor shows: that of an object, or a mesh of a sequence.
+/// Returns the model that the actor shows: an object's, or a mesh of a sequence.
 inline const Model& shown_model(const PreparedActor& actor, const ActorGeometry& geometry) {
   return geometry.sequence_model ? *geometry.sequence_model
                                  : object_of(actor, geometry.moment.object).model;
@@ -57,14 +57,14 @@ inline const Model& shown_model(const PreparedActor& actor, const ActorGeometry&
 /// All actors in one frame.
 struct FrameGeometry {
   int frame = 1;
-  float t = 0;                        ///< the scene's time [0, 1]
+  float t = 0;                        ///< sequence_time() (morph/timeline.h), [0, 1]
   std::string stage;                  ///< stage_names()
   std::vector<ActorGeometry> actors;  ///< one per actor of PreparedScene
 };
 
-/// Makes the surface of the actor's leg at a moment of its motion, with its look, even if the
-/// moment shows an object. PreparedActor::offset is not applied. Errors: kResource; as leg_at()
-/// (sequence/prepare/actor_poses.h).
+/// Makes the surface of the actor's leg at a moment of its motion, with the surface's look, even if
+/// the moment shows an object (MorphState::object). PreparedActor::offset is not applied. Errors:
+/// kResource; as leg_at() (sequence/prepare/actor_poses.h).
 Result<ActorGeometry> leg_geometry(const PreparedActor& actor, const MorphState& moment,
                                    Engine& engine);
 

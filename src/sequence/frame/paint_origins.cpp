@@ -39,31 +39,34 @@ std::vector<Vec3> shift_back(const PreparedActor& actor, std::vector<Vec3> point
 Status paint_origins(const PreparedScene& prepared, Engine& engine, FrameGeometry& geometry) {
   for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
     const PreparedActor& actor = prepared.actors[a];
-    ActorGeometry& shown = geometry.actors[a];
-    if (shown.mixture) {
+    ActorGeometry& actor_geometry = geometry.actors[a];
+    if (actor_geometry.mixture) {
       PM_TRY(const std::vector<Vec3> places,
-             map_to_reference(*actor.space, shown.moment.weights, shown.lift,
-                              shown.surface.positions, engine));
-      shown.surface_paint = make_paint(actor, places);
+             map_to_reference(*actor.space, actor_geometry.moment.weights, actor_geometry.lift,
+                              actor_geometry.surface.positions, engine));
+      actor_geometry.surface_paint = make_paint(actor, places);
       continue;
     }
-    // If an object is shown (object >= 0), its points are traced from the end of the leg to it.
-    const int object = shown.moment.object, count = object >= 0 ? object : shown.moment.leg + 1;
+    // `count`: number of legs through which points are traced back. If an object is shown (object
+    // >= 0), these lead from the first object to it.
+    const int object = actor_geometry.moment.object,
+              count = object >= 0 ? object : actor_geometry.moment.leg + 1;
     // If three objects or more are mixed (actor.space), every leg begins at the first object, so
     // only the last leg is traced.
     std::vector<std::shared_ptr<const Leg>> legs;
     for (int i = actor.space ? std::max(count - 1, 0) : 0; i < count; ++i) {
-      PM_TRY(std::shared_ptr<const Leg> leg, leg_at(actor, i, shown.moment.frame, engine));
+      PM_TRY(std::shared_ptr<const Leg> leg, leg_at(actor, i, actor_geometry.moment.frame, engine));
       legs.push_back(std::move(leg));
     }
-    const float time = object >= 0 ? 1 : shown.moment.time;
-    if (!shown.surface.positions.empty()) {
-      PM_TRY(shown.surface_paint,
-             paint_at(actor, legs, time, shift_back(actor, shown.surface.positions), engine));
+    const float time = object >= 0 ? 1 : actor_geometry.moment.time;
+    if (!actor_geometry.surface.positions.empty()) {
+      PM_TRY(
+          actor_geometry.surface_paint,
+          paint_at(actor, legs, time, shift_back(actor, actor_geometry.surface.positions), engine));
     }
-    if (!shown.points.empty()) {
-      PM_TRY(shown.point_paint,
-             paint_at(actor, legs, time, shown_model(actor, shown).points, engine));
+    if (!actor_geometry.points.empty()) {
+      PM_TRY(actor_geometry.point_paint,
+             paint_at(actor, legs, time, shown_model(actor, actor_geometry).points, engine));
     }
   }
   return Ok{};

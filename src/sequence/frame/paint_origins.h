@@ -1,4 +1,5 @@
-// Paint that shows, throughout a film, which point of an object becomes which point of the others.
+// Paint that shows, throughout a film, which point of an object becomes which point of the other
+// objects.
 #pragma once
 
 #include "base/result.h"

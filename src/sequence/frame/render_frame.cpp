@@ -65,6 +65,7 @@ std::string object_names(const PreparedScene& prepared) {
   return names;
 }
 
+/// Makes the attributes of a frame's header.
 std::vector<Attribute> make_header(const PreparedScene& prepared, int frame,
                                    const FrameOrigin& origin) {
   std::vector<Attribute> attributes{
@@ -110,6 +111,7 @@ void make_part_header(const OutputSettings& output, std::vector<Attribute>& head
   if (output.multipart) header.push_back({kPartMultipartAttribute, 1});
 }
 
+/// Adds the members of a state that decide how an actor looks.
 void add(Hasher& key, const MorphState& m) {
   key.add(m.leg).add(static_cast<int>(m.stage)).add(m.progress).add(m.time).add(m.object);
   key.add(m.look).add(m.boundary).add(m.growth).add(std::span<const float>(m.weights));
@@ -120,11 +122,13 @@ void add(Hasher& key, const MorphState& m) {
 
 std::string picture_key(const PreparedScene& prepared, int frame) {
   const Scene& scene = prepared.scene;
+  // Noise that is not steady, or a turntable's camera, makes every frame different.
   if (!scene.image.steady || scene.frames.turntable > 0) return "";
   const bool flows = wants_flow(scene_at(scene, static_cast<double>(frame)));
   Hasher key;
   key.add(frame_hash(scene, prepared.hashes, frame)).add(sequence_time(scene, frame));
   for (const PreparedActor& actor : prepared.actors) {
+    // A frame that differs from both its neighbours is traced by itself.
     if (differs_from_neighbours(actor.timeline, frame)) return "";
     add(key, morph_state_at(actor.timeline, frame));
     // Motion vectors depend on the next frame, too.

@@ -28,17 +28,17 @@ inline constexpr const char* kIsaAttribute = "polymorph/isa";
 inline constexpr const char* kDeviceAttribute = "polymorph/device";
 inline constexpr const char* kCommandAttribute = "polymorph/command";
 
-/// Returns a key that is equal only for frames with bit-identical pixels; empty if the pixels may
-/// differ from those of every other frame.
+/// Returns a key that is equal only for frames with bit-identical pixels; empty if every other
+/// frame may have different pixels.
 std::string picture_key(const PreparedScene& prepared, int frame);
 
-/// Checks that `pictures` pictures at once fit into `limit` bytes (0: no limit). `part`: samples
-/// that each picture has; empty: all. Errors: kResource, with the bytes needed.
+/// Checks that `pictures` rendered frames at once fit into `limit` bytes (0: no limit). `part`:
+/// samples that each picture has; empty: all. Errors: kResource, with the bytes needed.
 Status check_picture_memory(const ImageSettings& image, std::size_t pictures, std::uint64_t limit,
                             const std::optional<SampleRange>& part = {});
 
-/// Renders one frame in memory. `geometry`: the result of geometry_at(); `device` and `command`:
-/// members of FrameOrigin.
+/// Renders one whole frame in memory. `geometry`: the result of geometry_at(); `device` and
+/// `command`: members of FrameOrigin.
 Result<Image> render_frame(const PreparedScene& prepared, const FrameGeometry& geometry,
                            Renderer& renderer, const std::string& device,
                            const std::string& command);
@@ -59,8 +59,8 @@ struct FrameSamples {
 Result<Image> render_samples(const PreparedScene& prepared, const FrameSamples& samples,
                              Renderer& renderer, const FrameOrigin& origin);
 
-/// Replaces the image's header by that of this frame. Entries that describe Cryptomatte layers, and
-/// those that are needed to merge a part, are kept.
+/// Replaces the image's header by the header of this frame. Entries that describe Cryptomatte
+/// layers, and those that are needed to merge a part, are kept.
 void put_header(const PreparedScene& prepared, int frame, const FrameOrigin& origin, Image& image);
 
 }  // namespace polymorph

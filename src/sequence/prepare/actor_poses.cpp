@@ -54,15 +54,15 @@ PoseFit carry(const MovingObject& object, const std::vector<Vec3>& points) {
   return fit;
 }
 
-/// Moves and scales unfitted balls with the box around the model.
+/// Moves and scales unfitted balls with the model's box, from `from` to `to`.
 CarriedBalls move_with_box(const CarriedBalls& previous, const Box& from, const Box& to) {
-  CarriedBalls moved = previous;
+  CarriedBalls moved_balls = previous;
   const float scale = from.diagonal() > 0 ? to.diagonal() / from.diagonal() : 1;
-  for (Ball& ball : moved.balls) {
+  for (Ball& ball : moved_balls.balls) {
     ball.center = to.center() + (ball.center - from.center()) * scale;
     ball.a /= scale * scale;
   }
-  return moved;
+  return moved_balls;
 }
 
 /// Tests whether the object's balls are fitted.
@@ -95,7 +95,7 @@ Result<PoseFit> fit_from_previous(const ActorPoses& poses, const MovingObject& o
 Result<PoseFit> fit_corresponding(const ActorPoses& poses, const MovingObject& object,
                                   const Model& model) {
   PoseFit fit = carry(object, model.points);
-  // Balls that never show need not be fitted anew.
+  // Only balls that show are fitted anew.
   if (object.kinds.balls && has_fit(poses, object)) {
     PM_TRY(fit.balls.balls,
            refit_cached(model, object.settings.spheres, fit.balls.balls, poses.cache));
@@ -116,23 +116,25 @@ Result<PoseFit> fit_pose(ActorPoses& poses, std::size_t index, int mesh, const M
   };
   if (at(mesh)) return *at(mesh);
   const std::string& topology = file_of(sequence, sequence.reference).topology;
-  // The search ends at the reference, the first mesh that can be shown.
-  int known = mesh - 1;
-  while (file_of(sequence, known).topology != topology && !at(known)) --known;
-  PM_TRY(const Model first, load_mesh(sequence, known));
+  // Find the last earlier mesh whose fit is known. At the latest this is the reference, which is
+  // the first mesh that can be shown.
+  int start = mesh - 1;
+  while (file_of(sequence, start).topology != topology && !at(start)) --start;
+  PM_TRY(const Model first, load_mesh(sequence, start));
   FittedPose previous = {{}, first.box()};
-  if (at(known)) {
-    previous.fit = *at(known);
+  if (at(start)) {
+    previous.fit = *at(start);
   } else {
     PM_TRY(previous.fit, fit_corresponding(poses, object, first));
   }
-  for (int k = known + 1; k <= mesh; ++k) {
+  // Fit from there to `mesh`; meshes with problems are skipped.
+  for (int k = start + 1; k <= mesh; ++k) {
     if (!file_of(sequence, k).problem.empty()) continue;
-    Model read;
+    Model loaded_mesh;
     if (k < mesh) {
-      PM_TRY(read, load_mesh(sequence, k));
+      PM_TRY(loaded_mesh, load_mesh(sequence, k));
     }
-    const Model& current = k < mesh ? read : model;
+    const Model& current = k < mesh ? loaded_mesh : model;
     if (corresponds(object, current)) {
       PM_TRY(previous.fit, fit_corresponding(poses, object, current));
     } else {
@@ -221,7 +223,8 @@ Result<std::shared_ptr<const PreparedObject>> object_at(const PreparedActor& act
     poses.cached.splice(poses.cached.begin(), poses.cached, found);
     return poses.cached.front().pose;
   }
-  // Entries are removed before the pose is made, so that memory never holds kMaxCachedPoses + 1.
+  // The object's oldest entries are removed before the new pose is made, so that memory never holds
+  // more than kMaxCachedPoses of them.
   int count = 0;
   std::erase_if(poses.cached, [&](const auto& entry) {
     return entry.object == index && ++count >= kMaxCachedPoses;

@@ -1,7 +1,7 @@
 // Poses of mesh sequences in a morph. A pose is an object with the shape of one mesh of its
 // sequence. The legs are planned for the reference poses (MeshSequence::reference); each frame has
-// legs between the poses that its objects then have. Poses are made on demand and the last few are
-// kept.
+// legs between the poses that its objects then have. Poses are made on demand, and the most
+// recently used ones are kept.
 #pragma once
 
 #include <filesystem>

@@ -19,26 +19,29 @@ struct FilmCameras {
   std::optional<Camera> rig;
 };
 
+/// Tests whether two cameras take the same picture: all members but the shutter are equal.
 bool same_pose(const Camera& a, const Camera& b) {
   return a.position == b.position && a.right == b.right && a.up == b.up && a.forward == b.forward &&
          a.tan_half_fov_y == b.tan_half_fov_y && a.lens_radius == b.lens_radius &&
          a.focus == b.focus;
 }
 
+/// Makes the cameras of a frame. `framing`: film_framing().
 FilmCameras film_cameras(const Scene& scene, const Framing& framing, int frame) {
-  const auto camera_at = [&](double moment) {
-    return make_camera(scene_at(scene, moment).camera, framing);
+  const auto camera_at = [&](double frame_number) {
+    return make_camera(scene_at(scene, frame_number).camera, framing);
   };
   FilmCameras cameras;
   cameras.camera = camera_at(frame);
   const double half_shutter = 0.5 * static_cast<double>(cameras.camera.shutter);
   const CameraMotion motion{camera_at(frame - half_shutter), camera_at(frame + half_shutter),
                             frame == frame_count(scene) ? cameras.camera : camera_at(frame + 1)};
-  const bool still = same_pose(motion.opening, cameras.camera) &&
-                     same_pose(motion.closing, cameras.camera) &&
-                     same_pose(motion.next, cameras.camera);
-  if (!still) cameras.motion = motion;
-  if (!scene_at(scene, frame).lights.follow_camera) cameras.rig = camera_at(1);
+  const bool is_still = same_pose(motion.opening, cameras.camera) &&
+                        same_pose(motion.closing, cameras.camera) &&
+                        same_pose(motion.next, cameras.camera);
+  if (!is_still) cameras.motion = motion;
+  if (!scene_at(scene, frame).lights.follow_camera)
+    cameras.rig = camera_at(1);  // lights stand as in frame 1
   return cameras;
 }
 
@@ -47,6 +50,7 @@ void add(Hasher& hasher, const Camera& c) {
   hasher.add(c.tan_half_fov_y).add(c.lens_radius).add(c.focus).add(c.shutter);
 }
 
+/// Tests whether a leg is left before its end (ObjectSettings::retarget).
 bool leaves_balls_in_flight(const Scene& scene) {
   return std::any_of(scene.actors.begin(), scene.actors.end(), [](const ActorSettings& actor) {
     return std::any_of(actor.intermediate.begin(), actor.intermediate.end(),
@@ -54,7 +58,8 @@ bool leaves_balls_in_flight(const Scene& scene) {
   });
 }
 
-/// Returns the camera settings at evenly spaced frames, for which the framing is computed.
+/// Returns the camera settings at up to kMaxFramedPoses evenly spaced frames, for which the framing
+/// is computed.
 std::vector<CameraSettings> film_poses(const Scene& scene) {
   const int count = frame_count(scene), poses = std::min(count, kMaxFramedPoses);
   std::vector<CameraSettings> settings;
@@ -85,8 +90,8 @@ bool changes(const Scene& scene) {
 }
 
 /// Hashes the meshes of a sequence. In a morph (`morphs`), the balls of a mesh are derived from the
-/// balls of the reference; if the vertices of the two do not correspond, also from all meshes in
-/// between.
+/// reference's, and MeshHashes::fit is set; if the mesh's vertices do not correspond to the
+/// reference's, it covers all meshes up to this one.
 std::vector<MeshHashes> hash_meshes(const MeshSequence& sequence, bool morphs) {
   std::vector<MeshHashes> hashes;
   const MeshFile& reference = sequence.files[static_cast<std::size_t>(sequence.reference)];
@@ -120,7 +125,7 @@ void add_meshes(const SceneInputs& inputs, SequenceHashes& hashes) {
 /// Adds the meshes that a moment shows of an actor, and those from which its balls are derived.
 void add_moment_meshes(const std::vector<std::vector<MeshHashes>>& meshes, const MorphState& moment,
                        Hasher& hasher) {
-  const bool is_whole = moment.object >= 0 && moment.boundary == 1;
+  const bool is_whole = moment.object >= 0 && moment.boundary == 1;  // shown without its balls
   const auto add = [&](int object, int mesh) {
     if (mesh < 0) return;
     const MeshHashes& shown =
@@ -140,10 +145,10 @@ void add_shown_meshes(const Scene& scene, const SequenceHashes& hashes, int fram
     const auto is_empty = [](const auto& list) { return list.empty(); };
     if (std::all_of(meshes.begin(), meshes.end(), is_empty)) continue;
     const Timeline timeline = make_timeline(scene, scene.actors[a]);
-    const int shown = shown_frame(scene, frame);
-    add_moment_meshes(meshes, morph_state_at(timeline, shown), hasher);
+    const int film_frame = shown_frame(scene, frame);
+    add_moment_meshes(meshes, morph_state_at(timeline, film_frame), hasher);
     if (scene.frames.turntable == 0 && wants_flow(scene))
-      add_moment_meshes(meshes, morph_state_at(timeline, std::min(shown + 1, timeline.count)),
+      add_moment_meshes(meshes, morph_state_at(timeline, std::min(film_frame + 1, timeline.count)),
                         hasher);
   }
 }
@@ -184,12 +189,12 @@ SequenceHashes hash_sequence(const SceneInputs& inputs) {
   hashes.inputs = inputs_hash(inputs);
   hashes.aovs = scene.image.aovs;
   add_meshes(inputs, hashes);
-  const bool moves = camera_moves(scene), has_sequences = !hashes.meshes.empty();
-  if (!has_sequences && (!moves || leaves_balls_in_flight(scene))) return hashes;
+  const bool has_moving_camera = camera_moves(scene), has_sequences = !hashes.meshes.empty();
+  if (!has_sequences && (!has_moving_camera || leaves_balls_in_flight(scene))) return hashes;
   std::vector<Vec3> points;
   for (const Model& model : inputs.models)
     points.insert(points.end(), model.points.begin(), model.points.end());
-  if (moves && !leaves_balls_in_flight(scene)) {
+  if (has_moving_camera && !leaves_balls_in_flight(scene)) {
     const std::vector<CameraSettings> poses = film_poses(scene);
     hashes.framing = make_framing(poses, points, scene.image.width, scene.image.height);
     hashes.poses = hash_poses(poses);
@@ -198,7 +203,8 @@ SequenceHashes hash_sequence(const SceneInputs& inputs) {
   Hasher hasher;
   const Box box = bounding_box(points);
   for (const Vec3 v : {box.low, box.high}) hasher.add(v.x).add(v.y).add(v.z);
-  if (!moves) add(hasher, make_camera(scene.camera, points, scene.image.width, scene.image.height));
+  if (!has_moving_camera)
+    add(hasher, make_camera(scene.camera, points, scene.image.width, scene.image.height));
   // Different transforms of the meshes may give the same box.
   for (const auto& sequence : inputs.sequences)
     if (sequence)
@@ -214,10 +220,10 @@ std::string frame_hash(const Scene& scene, const SequenceHashes& hashes, int fra
   if ((!changes(scene) && !has_sequences) || (camera_moves(scene) && !hashes.framing))
     return hashes.scene;
   Hasher hasher;
-  Scene moment = scene_at(scene, frame);
-  moment.image.aovs = hashes.aovs;
-  hasher.add(hashes.inputs).add(settings_text(moment));
-  if (has_sequences) add_shown_meshes(moment, hashes, frame, hasher);
+  Scene frame_scene = scene_at(scene, frame);
+  frame_scene.image.aovs = hashes.aovs;
+  hasher.add(hashes.inputs).add(settings_text(frame_scene));
+  if (has_sequences) add_shown_meshes(frame_scene, hashes, frame, hasher);
   if (!hashes.framing) return hasher.hex();
   hasher.add(std::string_view(hashes.poses));
   const FilmCameras cameras = film_cameras(scene, *hashes.framing, frame);

@@ -34,9 +34,9 @@ void place_camera(PreparedScene& prepared) {
   std::vector<Vec3> points;
   for (const PreparedActor& actor : prepared.actors)
     for (std::size_t i = 0; i < actor.objects.size(); ++i) {
-      const bool moves = actor.poses && actor.poses->objects[i].sequence;
+      const bool is_moving = actor.poses && actor.poses->objects[i].sequence;
       const std::vector<Vec3>& object_points =
-          moves ? actor.poses->objects[i].outermost : actor.objects[i]->model.points;
+          is_moving ? actor.poses->objects[i].outermost : actor.objects[i]->model.points;
       for (const Vec3 p : object_points) points.push_back(p + actor.offset);
     }
   // A surface between two objects may be larger than both. Points outside the models' box by less

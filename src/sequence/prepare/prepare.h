@@ -11,7 +11,7 @@
 namespace polymorph {
 
 /// Prepares a scene. `cache_folder`: folder of cache files; empty: none. With Fits::kCached the
-/// result is only good for estimates. With Sharing::kNone every actor's offset is zero. Errors:
+/// result serves only for estimates. With Sharing::kNone every actor's offset is zero. Errors:
 /// kInput for models and settings that cannot be used; kResource, also if the scene is estimated to
 /// need more than `limit`, which is checked once the models are read.
 Result<PreparedScene> prepare_scene(const Scene& scene, Engine& engine,

@@ -14,21 +14,21 @@ LabelledObject label_list(const PreparedObject& object) {
   return {object.name, object.model.label_names};
 }
 
-/// Makes the input of a plan for one of its objects. `classes`: member of LabelMatch for that
-/// object, with the class of each label.
-PlanSide plan_side(const PreparedObject& object, const std::vector<std::int32_t>& classes) {
+/// Makes the input of a plan for one of its objects. `numbers`: LabelMatch::from or to, the number
+/// of each of the object's labels.
+PlanSide plan_side(const PreparedObject& object, const std::vector<std::int32_t>& numbers) {
   PlanSide side;
   side.name = object.name;
   side.balls = object.balls;
   side.front = object.front;
-  for (const std::uint32_t label : object.ball_labels) side.labels.push_back(classes[label]);
+  for (const std::uint32_t label : object.ball_labels) side.labels.push_back(numbers[label]);
   return side;
 }
 
 /// Logs the overall rotation of the morph and which limb becomes which.
 void log_plan(const MorphPlan& plan, const std::string& from, const std::string& to) {
-  if (const std::string turn = describe_rotation(plan); !turn.empty())
-    log_info("{} -> {}: {}", from, to, turn);
+  if (const std::string rotation = describe_rotation(plan); !rotation.empty())
+    log_info("{} -> {}: {}", from, to, rotation);
   if (const std::string limbs = describe_limbs(plan); !limbs.empty())
     log_info("{} -> {}: limbs: {}", from, to, limbs);
 }
@@ -68,6 +68,7 @@ Status add_legs(const Preparation& preparation, const PlanSettings& settings, Pr
   PM_TRY_STATUS(check_label_map(labels, settings.labels));
   const std::vector<LegTiming>& timings = actor.timeline.legs;
   std::shared_ptr<const PreparedObject> source = actor.objects.front();
+  // The leg before, if it is left before its end; else null.
   std::shared_ptr<const Leg> previous;
   for (std::size_t i = 0; i < timings.size(); ++i) {
     const std::shared_ptr<const PreparedObject> target = actor.objects[i + 1];
@@ -80,12 +81,13 @@ Status add_legs(const Preparation& preparation, const PlanSettings& settings, Pr
     PM_TRY(const std::shared_ptr<const Leg> leg,
            make_leg(std::move(parts), timings[i], actor.settings, engine, cache));
     actor.legs.push_back(leg);
-    PM_TRY(const std::string fold, describe_fold(*leg, engine));
-    if (!fold.empty()) warnings.push_back(fold);
-    if (mixes_many(actor.timeline)) continue;  // all legs start from the reference
+    PM_TRY(const std::string fold_warning, describe_fold(*leg, engine));
+    if (!fold_warning.empty()) warnings.push_back(fold_warning);
+    if (mixes_many(actor.timeline)) continue;  // all legs start from the first object
     source = target;
     previous = nullptr;
     if (leg->until == 1) continue;
+    // The leg is left before its end: its balls in flight are the next leg's source.
     const bool with_distances =
         i + 1 < timings.size() && timings[i + 1].interpolation == Interpolation::kDistance;
     PM_TRY(PreparedObject object, make_flight_object(*leg, with_distances, engine, cache));

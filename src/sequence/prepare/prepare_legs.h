@@ -23,7 +23,8 @@ Result<std::vector<PreparedActor>> make_actors(const Preparation& preparation,
                                                std::span<const SharedActor> shared,
                                                std::vector<std::string>& warnings);
 
-/// Plans the morph between any two objects of the actor with the index `actor` in the scene.
+/// Plans the morph between any two objects of the actor with the index `actor` in the scene, with
+/// the default motion.
 MorphPlan plan_between(const Preparation& preparation, std::size_t actor,
                        const PreparedObject& from, const PreparedObject& to);
 

@@ -27,7 +27,7 @@ std::string fit_activity(const std::string& name, const SphereSettings& spheres)
 }
 
 /// Returns the settings by which the object's balls are made. If its fit is not cached and must not
-/// be made (Fits::kCached), the balls are unfitted, and sets object.missing_balls.
+/// be made (Fits::kCached), chooses unfitted balls and sets object.missing_balls.
 SphereSettings choose_spheres(const Preparation& preparation, const ObjectSettings& settings,
                               PreparedObject& object) {
   SphereSettings spheres = settings.spheres;
@@ -42,19 +42,19 @@ SphereSettings choose_spheres(const Preparation& preparation, const ObjectSettin
   return spheres;
 }
 
-/// An object that is being made, and the results of the parts that are made side by side.
+/// An object that is being made, and the results of the steps that run side by side.
 struct ObjectInMaking {
   const ObjectSettings& chosen;  ///< the object in the scene file
-  const LegSettings& settings;
-  LegKinds kinds;
+  const LegSettings& settings;   ///< ActorOutline::settings
+  LegKinds kinds;                ///< kinds of the legs that begin or end at it
   bool morphs = true;  ///< false: it plays a mesh sequence, and has neither balls nor distances
-  SphereSettings spheres = {};
+  SphereSettings spheres = {};  ///< choose_spheres()
   PreparedObject object = {};
   Result<Approximation> approximation = Approximation{};
   Status measured = Ok{};  ///< result of measure_objects()
 };
 
-/// Approximates the objects' models by spheres and fitted balls, up to the first that fails.
+/// Approximates the objects' models by spheres and fitted balls. Stops at the first that fails.
 void approximate_models(const Preparation& preparation, std::span<ObjectInMaking> objects) {
   for (ObjectInMaking& making : objects) {
     if (!making.morphs) continue;
@@ -123,7 +123,8 @@ void prepare_look(const Scene& scene, PreparedObject& object) {
 
 /// Sets the members that depend on the objects' models, but not on their balls: distances and
 /// colours. Distances are loaded or measured one object after another, because both take memory,
-/// and because an object may load what an equal one has just stored; up to the first that fails.
+/// and because an object may load what an equal one has just stored. Stops at the first object that
+/// fails.
 void measure_objects(const Preparation& preparation, std::span<ObjectInMaking> objects) {
   const auto& [scene, engine, cache, fits] = preparation;
   const auto count = static_cast<std::int64_t>(objects.size());
@@ -181,6 +182,7 @@ Result<std::vector<ActorOutline>> outline_actors(const Scene& scene,
                                                  std::span<const ChainObject> chain,
                                                  const LoadedScene& loaded) {
   std::vector<ActorOutline> outlines;
+  // `models`: models of the actors that follow; `own`: models of this actor, from index `first` on.
   std::span<const Model> models = loaded.models;
   for (const std::span<const ChainObject> objects : actor_chains(chain)) {
     const std::span<const Model> own = models.first(objects.size());
@@ -221,16 +223,18 @@ Result<std::vector<ObjectList>> make_objects(const Preparation& preparation,
       }))
     log_info("the balls are coarse, as previews have them: a full render fits finer ones");
   // Free copies of shared models first: the memory estimate counts them or the objects, not both.
+  // An actor has one object more than legs; `next` is the object's index in the chain.
   std::size_t next = 0;
   for (std::size_t a = 0; a < outlines.size(); ++a)
     for (std::size_t i = 0; i <= outlines[a].timeline.legs.size(); ++i, ++next)
       if (shared[a].first != a) loaded.models[next] = {};
+  // List the objects to be made.
   std::vector<ObjectInMaking> all;
   next = 0;
   for (std::size_t a = 0; a < outlines.size(); ++a) {
     const ActorOutline& outline = outlines[a];
     for (std::size_t i = 0; i <= outline.timeline.legs.size(); ++i, ++next) {
-      if (shared[a].first != a) continue;
+      if (shared[a].first != a) continue;  // has the objects of an earlier actor
       const ObjectSettings& settings = *chain[next].settings;
       ObjectInMaking making{settings, outline.settings, leg_kinds(outline.timeline, i),
                             !outline.sequence};
@@ -238,8 +242,8 @@ Result<std::vector<ObjectList>> make_objects(const Preparation& preparation,
       object.name = settings.name;
       object.meta = settings.meta;
       object.front = front_azimuth(chain[next]);
-      const bool moves = !outline.sequence && loaded.sequences[next];
-      object.model = std::move(moves ? loaded.references[next] : loaded.models[next]);
+      const bool is_moving = !outline.sequence && loaded.sequences[next];
+      object.model = std::move(is_moving ? loaded.references[next] : loaded.models[next]);
       object.to_scene = loaded.placings[next].to_scene;
       object.landmarks = landmarks[next];
       object.label_numbers = label_numbers(object.model.label_names, outline.label_names);
@@ -247,8 +251,10 @@ Result<std::vector<ObjectList>> make_objects(const Preparation& preparation,
       all.push_back(std::move(making));
     }
   }
+  // Make balls and distances side by side.
   run_side_by_side([&] { approximate_models(preparation, all); },
                    [&] { measure_objects(preparation, all); });
+  // Complete the objects, and list those of each actor.
   std::vector<ObjectList> lists(outlines.size());
   auto making = all.begin();
   for (std::size_t a = 0; a < outlines.size(); ++a) {

@@ -14,17 +14,17 @@
 
 namespace polymorph {
 
-/// Parameters of a preparation.
+/// Parameters of a preparation (sequence/prepare/prepare.h).
 struct Preparation {
   const Scene& scene;
   Engine& engine;
-  const std::filesystem::path& cache;
+  const std::filesystem::path& cache;  ///< folder of cache files; empty: none
   Fits fits = Fits::kMake;
 };
 
-/// Completes an object whose model, balls and ball labels are set. `chosen`: settings of the object
-/// in the scene; `settings`: those of its actor; `kinds`: kinds of the legs that begin or end at
-/// the object. Errors: kInput if the balls have no surface or the model encloses nothing; the
+/// Completes an object whose model, balls and ball labels are set. `chosen`: the scene's settings
+/// of the object; `settings`: settings of its actor; `kinds`: kinds of the legs that begin or end
+/// at the object. Errors: kInput if the balls have no surface or the model encloses nothing; the
 /// engine's.
 Status finish_object(const Preparation& preparation, const ObjectSettings& chosen,
                      const LegSettings& settings, LegKinds kinds, PreparedObject& object);

@@ -37,8 +37,8 @@ using ObjectList = std::vector<std::shared_ptr<const PreparedObject>>;
 
 /// An actor with its objects and legs.
 struct PreparedActor : ActorOutline {
-  /// Offset from its objects and legs to the actor in the scene: zero unless it shares those of
-  /// another actor (assets/alike_actors.h).
+  /// Offset from its objects and legs to the actor in the scene: zero unless it shares another
+  /// actor's objects and legs (assets/alike_actors.h).
   Vec3 offset;
   /// The chain's objects, then the objects of balls in flight (make_flight_object()), one per leg
   /// that is left before its end. If the actor plays a mesh sequence, its object has only the
@@ -67,26 +67,30 @@ struct SequenceHashes {
   /// without mesh sequences.
   std::string placement;
   std::string aovs;  ///< image.aovs of the scene, even if a run leaves layers out
-  /// [actor][object][mesh]; empty if no actor has a mesh sequence.
+  /// [actor][object][mesh]; empty if no actor has a mesh sequence. The list of an object that is no
+  /// mesh sequence is empty.
   std::vector<std::vector<std::vector<MeshHashes>>> meshes;
 };
 
-/// Fitting of balls. kCached: an object whose fit is not in the cache gets unfitted balls instead.
+/// Fitting of balls. kMake: fits that are not in the cache are made. kCached: objects without a
+/// cached fit get unfitted balls instead.
 enum class Fits : std::uint8_t { kMake, kCached };
 
-/// Sharing of objects and legs. kAlike: alike actors share them (assets/alike_actors.h).
+/// Sharing of objects and legs. kAlike: alike actors share them (assets/alike_actors.h). kNone:
+/// each actor has its own.
 enum class Sharing : std::uint8_t { kAlike, kNone };
 
+/// A scene that is ready to render.
 struct PreparedScene {
   Scene scene;
   SequenceHashes hashes;
-  int frame_count = 0;
+  int frame_count = 0;  ///< frame_count() (morph/timeline.h)
   std::vector<PreparedActor> actors;
-  Box box;                         ///< box around all objects
-  Camera camera;                   ///< camera of the first frame
-  std::optional<Framing> framing;  ///< set if the camera moves
-  std::shared_ptr<const Image> environment;
-  std::vector<std::string> warnings;
+  Box box;                                   ///< box around all objects
+  Camera camera;                             ///< camera of the first frame
+  std::optional<Framing> framing;            ///< set if the camera moves
+  std::shared_ptr<const Image> environment;  ///< null: none
+  std::vector<std::string> warnings;         ///< one text per warning, to be logged
   MemoryEstimate memory;
   std::vector<ReadFile> inputs;  ///< files that were read to prepare the scene
   std::string provenance;        ///< encode_provenance(); empty: none

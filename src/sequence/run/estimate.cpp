@@ -14,7 +14,7 @@ namespace polymorph {
 namespace {
 
 constexpr int kMaxMeasured = 3;    ///< maximum number of measured frames
-constexpr int kSampleDivisor = 8;  ///< number of all samples over those of a measured frame
+constexpr int kSampleDivisor = 8;  ///< number of all samples per sample of a measured frame
 
 /// Stopwatch whose lap() returns the seconds since its last call.
 class Laps {
@@ -52,6 +52,7 @@ Result<FrameEstimate> estimate_frames(const PreparedScene& prepared, Engine& eng
   add_fits(prepared, estimate);
   if (frames.empty()) return estimate;
   const Activity activity("rendering some frames to estimate the others");
+  // Settings of the measured frames: fewer samples, and no adaptive sampling.
   const int samples = part ? part->count() : prepared.scene.image.samples;
   const int measured_samples =
       part ? std::min(samples, kSampleBlock) : std::max(1, samples / kSampleDivisor);
@@ -81,6 +82,7 @@ Result<FrameEstimate> estimate_frames(const PreparedScene& prepared, Engine& eng
     PM_TRY(const std::string picture, encode_png(image, png));
     estimate.png_bytes += static_cast<double>(picture.size());
   }
+  // Turn the sums into means per frame.
   const auto n = static_cast<double>(count);
   estimate.measured = static_cast<int>(count);
   estimate.seconds /= n;

@@ -88,12 +88,12 @@ std::vector<SampleRange> join_ranges(std::vector<SampleRange> ranges) {
 
 std::vector<SampleRange> missing_ranges(std::span<const SampleRange> joined, int total) {
   std::vector<SampleRange> missing;
-  int at = 0;
+  int next_sample = 0;
   for (const SampleRange& range : joined) {
-    if (range.first > at) missing.push_back({at, range.first, total});
-    at = range.end;
+    if (range.first > next_sample) missing.push_back({next_sample, range.first, total});
+    next_sample = range.end;
   }
-  if (at < total) missing.push_back({at, total, total});
+  if (next_sample < total) missing.push_back({next_sample, total, total});
   return missing;
 }
 

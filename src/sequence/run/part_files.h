@@ -18,13 +18,13 @@ struct FrameHeader {
   /// frame_hash() (sequence/prepare/film_settings.h), equal for all parts of a picture. Empty: the
   /// file is not by polymorph.
   std::string identity;
-  int frame = 0;
-  std::optional<SampleRange> part;  ///< empty: a whole frame
+  int frame = 0;                    ///< number of the frame; 0: not stated
+  std::optional<SampleRange> part;  ///< samples that the file has; empty: all of the frame's
 };
 /// Reads a FrameHeader from the attributes of an image.
 FrameHeader parse_frame_header(std::span<const Attribute> attributes);
 
-/// Reads the header of a file. If the file is no EXR, all members of the result are empty. Errors:
+/// Reads the header of a file. If the file is no EXR, the result is a default FrameHeader. Errors:
 /// kInput if the file cannot be read.
 Result<FrameHeader> read_frame_header(const std::filesystem::path& file);
 
@@ -42,11 +42,12 @@ Result<std::vector<PartFile>> list_parts(const std::filesystem::path& folder);
 /// unreadable folders.
 std::vector<PartFile> find_parts(const std::filesystem::path& folder);
 
-/// Formats ranges of samples: "0-31, 48-63".
+/// Formats ranges of samples as FIRST-LAST, separated by commas: "0-31, 48-63".
 std::string format_samples(std::span<const SampleRange> ranges);
 /// Joins adjacent and overlapping ranges; the result is in ascending order.
 std::vector<SampleRange> join_ranges(std::vector<SampleRange> ranges);
-/// Lists the ranges of a picture's `total` samples that are not in `joined`.
+/// Lists the ranges of a frame's `total` samples that are not in `joined`, the result of
+/// join_ranges().
 std::vector<SampleRange> missing_ranges(std::span<const SampleRange> joined, int total);
 
 }  // namespace polymorph

@@ -11,17 +11,19 @@ std::vector<PartialFrames> find_partial_frames(const std::filesystem::path& fold
                                                std::span<const int> frames,
                                                std::span<const FileState> states,
                                                const ExpectedHashes& hashes) {
+  // Collect the parts of each frame.
   std::map<int, PartialFrames> groups_by_frame;
   for (const PartFile& part : find_parts(folder)) {
-    const auto at = std::lower_bound(frames.begin(), frames.end(), part.header.frame);
-    const auto i = static_cast<std::size_t>(at - frames.begin());
-    if (at == frames.end() || *at != part.header.frame || states[i] == FileState::kCurrent ||
-        part.header.identity != hashes.frames[i])
+    const auto frame_in_list = std::lower_bound(frames.begin(), frames.end(), part.header.frame);
+    const auto i = static_cast<std::size_t>(frame_in_list - frames.begin());
+    if (frame_in_list == frames.end() || *frame_in_list != part.header.frame ||
+        states[i] == FileState::kCurrent || part.header.identity != hashes.frames[i])
       continue;
-    PartialFrames& group = groups_by_frame[*at];
+    PartialFrames& group = groups_by_frame[*frame_in_list];
     group.ranges.push_back(*part.header.part);
     group.folders.insert(part.path.parent_path());
   }
+  // Join the frames whose parts have the same samples.
   std::map<std::string, PartialFrames> groups;
   for (auto& [frame, frame_group] : groups_by_frame) {
     frame_group.ranges = join_ranges(frame_group.ranges);

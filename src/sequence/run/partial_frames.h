@@ -14,10 +14,10 @@ namespace polymorph {
 
 /// Frames of which the existing parts have the same samples.
 struct PartialFrames {
-  std::vector<SampleRange> ranges;  ///< disjoint, in order (join_ranges())
+  std::vector<SampleRange> ranges;  ///< join_ranges() of the parts; not empty
   std::vector<int> frames;
-  std::set<std::filesystem::path> folders;  ///< folders of their parts
-  int total() const { return ranges.front().total; }
+  std::set<std::filesystem::path> folders;            ///< folders of their parts
+  int total() const { return ranges.front().total; }  ///< samples of a whole frame
   bool is_complete() const { return ranges.size() == 1 && ranges.front().is_whole(); }
 };
 

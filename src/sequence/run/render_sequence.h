@@ -20,8 +20,8 @@
 
 namespace polymorph {
 
-/// Treatment of files that exist. kSkip: frames whose files are current (sequence/run/status.h) are
-/// not rendered.
+/// Treatment of files that exist. kRefuse: they are an error. kSkip: frames whose files are current
+/// (sequence/run/status.h) are not rendered. kOverwrite: all frames are rendered.
 enum class Existing { kRefuse, kSkip, kOverwrite };
 
 /// Settings of render_sequence().
@@ -64,7 +64,8 @@ using ProgressCallback =
 Status check_part(const Scene& scene, const FrameFiles& files);
 
 /// Renders the frames, or a part of each. Consecutive frames with bit-identical pixels
-/// (picture_key()) are traced once. Errors: that of the first frame that fails, unless keep_going.
+/// (picture_key()) are traced once. Errors: the error of the first frame that fails, unless
+/// keep_going.
 Result<RunReport> render_sequence(const Scene& scene, const SequenceSettings& settings,
                                   const ProgressCallback& progress);
 

@@ -15,6 +15,7 @@ namespace polymorph {
 
 /// State and measures of one frame.
 struct FrameRecord {
+  /// kSkipped: the files are current (Existing::kSkip). kPlanned: not rendered yet, or a dry run.
   enum class State { kDone, kSkipped, kFailed, kPlanned };
   int frame = 0;
   State state = State::kPlanned;
@@ -24,7 +25,7 @@ struct FrameRecord {
   std::size_t balls = 0, vertices = 0, triangles = 0;
   std::string digest;  ///< digest of the surface mesh; empty if no surface shows
   std::vector<std::filesystem::path> files;
-  std::string error;
+  std::string error;  ///< message if the frame failed; else empty
 };
 
 /// The predicted cost of a frame, from measured ones (sequence/run/estimate.h).
@@ -44,12 +45,12 @@ struct FrameEstimate {
 struct RunReport {
   std::vector<FrameRecord> frames;
   std::string device, isa, scene_hash;
-  int threads = 1;
+  int threads = 1;  ///< number of CPU threads
   double prepare_seconds = 0, total_seconds = 0;
   double frames_seconds = 0;      ///< time from the start of the first frame to the end of the last
   std::uint64_t peak_memory = 0;  ///< bytes
-  bool stopped = false;
-  Provenance provenance;                  ///< scene, files and program that made the frames
+  bool stopped = false;           ///< the caller stopped the run (SequenceSettings::stop)
+  Provenance provenance;          ///< scene, files and program that made the frames
   std::optional<FrameEstimate> estimate;  ///< cost of the frames; only after a dry run
   std::size_t count(FrameRecord::State state) const;
 };

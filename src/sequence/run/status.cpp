@@ -63,12 +63,12 @@ Result<ExpectedHashes> expected_hashes(const Scene& scene, std::span<const int> 
   PM_TRY(const std::shared_ptr<const Image> environment, load_environment(scene));
   const SequenceHashes hashes = hash_sequence(
       {scene, chain, loaded.models, environment.get(), loaded.placings, loaded.sequences});
-  ExpectedHashes out{hashes.scene, std::vector<std::string>(frames.size()), scene.output, {}};
+  ExpectedHashes expected{hashes.scene, std::vector<std::string>(frames.size()), scene.output, {}};
   parallel_for(static_cast<std::int64_t>(frames.size()), [&](std::int64_t i) {
     const auto at = static_cast<std::size_t>(i);
-    out.frames[at] = frame_hash(scene, hashes, frames[at]);
+    expected.frames[at] = frame_hash(scene, hashes, frames[at]);
   });
-  return out;
+  return expected;
 }
 
 FileState file_state(const std::filesystem::path& file, const ExpectedFrame& expected) {
@@ -77,7 +77,7 @@ FileState file_state(const std::filesystem::path& file, const ExpectedFrame& exp
   const auto image = read_image(file, {.stored_colors = true});
   if (!image) return FileState::kUnreadable;
   // Entries are compared as text, because EXR stores the frame as a number and PNG as text.
-  const auto says = [&](const char* name, const std::string& value) {
+  const auto has_entry = [&](const char* name, const std::string& value) {
     return format_entry(*image, name) == value;
   };
   const int bits = read_png_bits(file);
@@ -85,13 +85,13 @@ FileState file_state(const std::filesystem::path& file, const ExpectedFrame& exp
                     find_text(*image, kViewAttribute) != view_text(expected.view)))
     return FileState::kStale;
   if (bits == 0 && !has_output_settings(*image, expected)) return FileState::kStale;
-  const bool matches = expected.part
-                           ? says(kPartOfAttribute, expected.hash) &&
-                                 says(kPartSamplesAttribute, format_sample_range(*expected.part))
-                           : says(kFrameHashAttribute, expected.hash);
-  if (!says(kFrameAttribute, fmt::format("{}", expected.frame))) return FileState::kStale;
+  const bool matches =
+      expected.part ? has_entry(kPartOfAttribute, expected.hash) &&
+                          has_entry(kPartSamplesAttribute, format_sample_range(*expected.part))
+                    : has_entry(kFrameHashAttribute, expected.hash);
+  if (!has_entry(kFrameAttribute, fmt::format("{}", expected.frame))) return FileState::kStale;
   if (matches) return FileState::kCurrent;
-  return says(kPartOfAttribute, expected.hash) ? FileState::kPart : FileState::kStale;
+  return has_entry(kPartOfAttribute, expected.hash) ? FileState::kPart : FileState::kStale;
 }
 
 std::vector<FileState> frame_states(const FrameFiles& files, std::span<const int> frames,

@@ -26,8 +26,8 @@ enum class FileState {
   kPart,        ///< has only some of the frame's samples, or other samples than expected
 };
 
-/// Hashes all inputs of the scene's frames except the program. Reads the scene's files. Errors:
-/// kInput.
+/// Hashes all inputs of the scene's frames except the program: content_hash()
+/// (assets/content_hash.h) without it. Reads the scene's files. Errors: kInput.
 Result<std::string> source_hash(const Scene& scene);
 
 /// Hashes and settings that the files of frames must have.
@@ -44,8 +44,8 @@ Result<ExpectedHashes> expected_hashes(const Scene& scene, std::span<const int> 
 struct ExpectedFrame {
   std::string hash;  ///< frame_hash()
   int frame = 0;
-  OutputSettings output;                 ///< a PNG's bits per channel, an EXR's colour space
-  DisplayView view = {};                 ///< view of a PNG
+  OutputSettings output;  ///< a PNG's bits per channel; an EXR's colour space and layout
+  DisplayView view = {};  ///< view of a PNG
   std::optional<SampleRange> part = {};  ///< samples of a part; empty: the whole frame
 };
 
