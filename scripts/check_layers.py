@@ -7,12 +7,12 @@ import pathlib
 import re
 import sys
 
-ROOMS = ["base", "image", "mesh", "scene", "model", "field", "spheres", "morph", "leg", "render", "device", "compare", "interchange", "analyze", "assets", "sequence", "export",
+ROOMS = ["base", "image", "mesh", "scene", "model", "field", "spheres", "morph", "leg", "render", "device", "compare", "interchange", "analyze", "assets", "sequence", "film", "export",
          "golden", "farm", "inspect", "bench", "starter", "pairs", "options", "cli"]
 SUBFOLDERS = {"model": ["repair", "load"],
               "render": ["math", "rays", "lights", "materials", "path", "film", "device"],
-              "sequence": ["prepare", "frame", "run"]}
-WITHOUT_CIRCLES = ["leg", "assets", "sequence/prepare", "sequence/frame", "sequence/run", "export"]
+              "sequence": ["prepare", "frame"]}
+WITHOUT_CIRCLES = ["leg", "assets", "sequence/prepare", "sequence/frame", "film", "export"]
 PUBLIC_KERNEL_HEADERS = {"kernels/types.h", "kernels/field_kinds.h", "kernels/host_device.h", "kernels/simd_math.h", "kernels/linear.h", "kernels/ball_paths.h", "kernels/mesh.h",
                 "kernels/ball_set.h", "kernels/devices.h", "kernels/engine.h", "kernels/morph_surface.h", "kernels/fork_join.h", "kernels/interruption.h", "kernels/mc_tables.h",
                 "kernels/floating_point.h", "kernels/morph_field.h", "kernels/distance_field.h"}

@@ -33,7 +33,7 @@ struct SceneInputs {
 
 /// Hashes the scene's settings, its files' contents and the program. The files' paths, the working
 /// folder and the settings `output` do not change the hash. output.png_bits decides pixels, too,
-/// but is compared with the frame's file instead (sequence/run/status.h).
+/// but is compared with the frame's file instead (film/status.h).
 std::string content_hash(const SceneInputs& inputs, std::string_view program = program_identity());
 
 /// Hashes the inputs that all frames of a film share: the program and the contents of the scene's

@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "cli/command_line.h"
-#include "sequence/run/render_sequence.h"
+#include "film/render_sequence.h"
 
 namespace polymorph {
 

@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "base/result.h"
+#include "film/render_sequence.h"
 #include "image/image.h"
 #include "scene/scene.h"
 #include "sequence/prepare/engine_scene.h"
-#include "sequence/run/render_sequence.h"
 
 namespace polymorph {
 

@@ -8,11 +8,11 @@
 
 #include "base/file.h"
 #include "base/text.h"
+#include "film/part_files.h"
 #include "image/exr_header.h"
 #include "image/image_io.h"
 #include "render/film/part.h"
 #include "sequence/frame/render_frame.h"
-#include "sequence/run/part_files.h"
 
 namespace polymorph {
 namespace {

@@ -6,7 +6,7 @@
 #include "base/file.h"
 #include "base/json.h"
 #include "base/sha256.h"
-#include "sequence/run/status.h"
+#include "film/status.h"
 
 namespace polymorph {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "base/result.h"
-#include "sequence/run/run_report.h"
+#include "film/run_report.h"
 
 namespace polymorph {
 

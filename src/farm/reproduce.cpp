@@ -10,6 +10,7 @@
 #include "base/text.h"
 #include "compare/compare.h"
 #include "device/device.h"
+#include "film/frame_files.h"
 #include "image/attributes.h"
 #include "image/display_view.h"
 #include "image/image_io.h"
@@ -18,7 +19,6 @@
 #include "sequence/frame/frame_geometry.h"
 #include "sequence/frame/render_frame.h"
 #include "sequence/prepare/engine_scene.h"
-#include "sequence/run/frame_files.h"
 
 namespace polymorph {
 namespace {

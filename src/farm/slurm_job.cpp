@@ -10,10 +10,10 @@
 #include "base/plural.h"
 #include "base/stop.h"
 #include "base/text.h"
+#include "film/frame_files.h"
+#include "film/render_sequence.h"
+#include "film/status.h"
 #include "morph/timeline.h"
-#include "sequence/run/frame_files.h"
-#include "sequence/run/render_sequence.h"
-#include "sequence/run/status.h"
 
 namespace polymorph {
 namespace {

@@ -5,10 +5,10 @@
 
 #include "base/parallel.h"
 #include "base/stopwatch.h"
+#include "film/render_sequence.h"
 #include "golden/golden_frames.h"
 #include "golden/work_folder.h"
 #include "image/image_io.h"
-#include "sequence/run/render_sequence.h"
 
 namespace polymorph {
 namespace {

@@ -13,6 +13,9 @@
 #include "base/shell_quote.h"
 #include "base/text.h"
 #include "device/device.h"
+#include "film/frame_files.h"
+#include "film/render_sequence.h"
+#include "film/status.h"
 #include "golden/work_folder.h"
 #include "image/image_io.h"
 #include "mesh/mesh_check.h"
@@ -21,9 +24,6 @@
 #include "sequence/frame/render_frame.h"
 #include "sequence/frame/render_scene.h"
 #include "sequence/prepare/engine_scene.h"
-#include "sequence/run/frame_files.h"
-#include "sequence/run/render_sequence.h"
-#include "sequence/run/status.h"
 
 namespace polymorph {
 namespace {

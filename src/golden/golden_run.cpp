@@ -8,12 +8,12 @@
 #include "base/sha256.h"
 #include "base/stopwatch.h"
 #include "compare/pictures.h"
+#include "film/render_sequence.h"
 #include "golden/golden_frames.h"
 #include "golden/golden_masks.h"
 #include "golden/golden_write.h"
 #include "image/image_io.h"
 #include "scene/load_scene.h"
-#include "sequence/run/render_sequence.h"
 
 namespace polymorph {
 namespace {

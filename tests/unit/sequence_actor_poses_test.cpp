@@ -5,6 +5,8 @@
 #include <numbers>
 
 #include "analyze/measure.h"
+#include "film/render_sequence.h"
+#include "film/status.h"
 #include "image/image_io.h"
 #include "inspect/analyze_sequence.h"
 #include "leg/leg_surface.h"
@@ -12,8 +14,6 @@
 #include "sequence/frame/frame_geometry.h"
 #include "sequence/prepare/actor_poses.h"
 #include "sequence/prepare/film_settings.h"
-#include "sequence/run/render_sequence.h"
-#include "sequence/run/status.h"
 #include "spheres/quality.h"
 #include "testing/scene.h"
 

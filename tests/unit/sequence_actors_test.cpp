@@ -4,12 +4,12 @@
 #include <set>
 
 #include "assets/load_models.h"
+#include "film/render_sequence.h"
 #include "inspect/analyze_sequence.h"
 #include "mesh/mesh_check.h"
 #include "sequence/frame/frame_geometry.h"
 #include "sequence/frame/render_scene.h"
 #include "sequence/prepare/prepare.h"
-#include "sequence/run/render_sequence.h"
 #include "testing/scene.h"
 
 namespace polymorph {

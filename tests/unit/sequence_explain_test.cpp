@@ -5,13 +5,13 @@
 #include "base/random.h"
 #include "compare/explain.h"
 #include "device/device.h"
+#include "film/render_sequence.h"
 #include "image/image_io.h"
 #include "image/srgb.h"
 #include "mesh/mesh_check.h"
 #include "sequence/frame/frame_geometry.h"
 #include "sequence/frame/render_frame.h"
 #include "sequence/frame/render_scene.h"
-#include "sequence/run/render_sequence.h"
 #include "testing/scene.h"
 
 namespace polymorph {

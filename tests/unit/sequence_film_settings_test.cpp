@@ -1,11 +1,11 @@
 #include "sequence/prepare/film_settings.h"
 
 #include "base/parallel.h"
+#include "film/render_sequence.h"
+#include "film/status.h"
 #include "image/image_io.h"
 #include "morph/timeline.h"
 #include "sequence/prepare/prepare.h"
-#include "sequence/run/render_sequence.h"
-#include "sequence/run/status.h"
 #include "testing/scene.h"
 
 namespace polymorph {

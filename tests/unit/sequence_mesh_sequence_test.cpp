@@ -4,13 +4,13 @@
 #include <cmath>
 
 #include "assets/mesh_sequence.h"
+#include "film/render_sequence.h"
+#include "film/status.h"
 #include "image/image_io.h"
 #include "morph/timeline.h"
 #include "scene/mesh_numbers.h"
 #include "sequence/frame/frame_geometry.h"
 #include "sequence/prepare/film_settings.h"
-#include "sequence/run/render_sequence.h"
-#include "sequence/run/status.h"
 #include "testing/scene.h"
 
 namespace polymorph {

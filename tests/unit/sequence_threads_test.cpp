@@ -5,13 +5,13 @@
 
 #include "base/file.h"
 #include "base/parallel.h"
+#include "film/render_sequence.h"
 #include "image/image_io.h"
 #include "inspect/analyze_sequence.h"
 #include "mesh/mesh_check.h"
 #include "scene/load_scene.h"
 #include "sequence/frame/frame_geometry.h"
 #include "sequence/prepare/prepare.h"
-#include "sequence/run/render_sequence.h"
 #include "testing/paths.h"
 #include "testing/temporary_folder.h"
 

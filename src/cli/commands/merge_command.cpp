@@ -7,7 +7,7 @@
 #include "cli/command_line.h"
 #include "cli/progress.h"
 #include "farm/merge_frames.h"
-#include "sequence/run/part_files.h"
+#include "film/part_files.h"
 
 namespace polymorph {
 namespace {

@@ -11,11 +11,11 @@
 #include "cli/progress.h"
 #include "cli/scene_options.h"
 #include "farm/receipt.h"
+#include "film/frame_files.h"
+#include "film/render_sequence.h"
 #include "morph/timeline.h"
 #include "render/sample_range.h"
 #include "scene/mesh_numbers.h"
-#include "sequence/run/frame_files.h"
-#include "sequence/run/render_sequence.h"
 
 namespace polymorph {
 namespace {

@@ -6,11 +6,11 @@
 #include "base/log.h"
 #include "cli/command_line.h"
 #include "cli/scene_options.h"
+#include "film/frame_files.h"
+#include "film/part_files.h"
+#include "film/partial_frames.h"
+#include "film/status.h"
 #include "morph/timeline.h"
-#include "sequence/run/frame_files.h"
-#include "sequence/run/part_files.h"
-#include "sequence/run/partial_frames.h"
-#include "sequence/run/status.h"
 
 namespace polymorph {
 namespace {

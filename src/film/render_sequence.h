@@ -11,17 +11,17 @@
 
 #include "base/frames.h"
 #include "base/result.h"
+#include "film/run_report.h"
 #include "image/display_view.h"
 #include "image/image.h"
 #include "kernels/engine.h"
 #include "render/sample_range.h"
 #include "scene/scene.h"
-#include "sequence/run/run_report.h"
 
 namespace polymorph {
 
 /// Treatment of files that exist. kRefuse: they are an error. kSkip: frames whose files are current
-/// (sequence/run/status.h) are not rendered. kOverwrite: all frames are rendered.
+/// (film/status.h) are not rendered. kOverwrite: all frames are rendered.
 enum class Existing { kRefuse, kSkip, kOverwrite };
 
 /// Settings of render_sequence().

@@ -28,7 +28,7 @@ struct FrameRecord {
   std::string error;  ///< message if the frame failed; else empty
 };
 
-/// The predicted cost of a frame, from measured ones (sequence/run/estimate.h).
+/// The predicted cost of a frame, from measured ones (film/estimate.h).
 struct FrameEstimate {
   int measured = 0;      ///< number of frames that were measured
   double seconds = 0;    ///< surface, tracing and encoding per frame, with all threads

@@ -1,4 +1,4 @@
-#include "sequence/run/status.h"
+#include "film/status.h"
 
 #include <algorithm>
 #include <array>

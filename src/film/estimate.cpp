@@ -1,4 +1,4 @@
-#include "sequence/run/estimate.h"
+#include "film/estimate.h"
 
 #include <algorithm>
 #include <utility>

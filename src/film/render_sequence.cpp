@@ -1,4 +1,4 @@
-#include "sequence/run/render_sequence.h"
+#include "film/render_sequence.h"
 
 #include <algorithm>
 #include <atomic>
@@ -18,6 +18,10 @@
 #include "base/worker.h"
 #include "compare/explain.h"
 #include "device/device.h"
+#include "film/estimate.h"
+#include "film/frame_files.h"
+#include "film/part_files.h"
+#include "film/status.h"
 #include "image/image_io.h"
 #include "kernels/interruption.h"
 #include "mesh/mesh_check.h"
@@ -27,10 +31,6 @@
 #include "sequence/prepare/actor_poses.h"
 #include "sequence/prepare/film_settings.h"
 #include "sequence/prepare/prepare.h"
-#include "sequence/run/estimate.h"
-#include "sequence/run/frame_files.h"
-#include "sequence/run/part_files.h"
-#include "sequence/run/status.h"
 
 namespace polymorph {
 namespace {

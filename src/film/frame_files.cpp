@@ -1,4 +1,4 @@
-#include "sequence/run/frame_files.h"
+#include "film/frame_files.h"
 
 #include "morph/timeline.h"
 

@@ -1,4 +1,4 @@
-// Frames of a sequence that are not whole but rendered in parts (sequence/run/part_files.h),
+// Frames of a sequence that are not whole but rendered in parts (film/part_files.h),
 // grouped by the samples that their parts have.
 #pragma once
 
@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "film/status.h"
 #include "render/sample_range.h"
-#include "sequence/run/status.h"
 
 namespace polymorph {
 

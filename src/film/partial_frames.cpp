@@ -1,9 +1,9 @@
-#include "sequence/run/partial_frames.h"
+#include "film/partial_frames.h"
 
 #include <algorithm>
 #include <map>
 
-#include "sequence/run/part_files.h"
+#include "film/part_files.h"
 
 namespace polymorph {
 

@@ -1,4 +1,4 @@
-#include "sequence/run/part_files.h"
+#include "film/part_files.h"
 
 #include <algorithm>
 #include <system_error>

@@ -1,4 +1,4 @@
-#include "sequence/run/run_report.h"
+#include "film/run_report.h"
 
 #include "base/json.h"
 #include "base/program_identity.h"

@@ -5,11 +5,11 @@
 #include <span>
 
 #include "base/result.h"
+#include "film/run_report.h"
 #include "kernels/engine.h"
 #include "render/render.h"
 #include "render/sample_range.h"
 #include "sequence/prepare/prepared_scene.h"
-#include "sequence/run/run_report.h"
 
 namespace polymorph {
 
