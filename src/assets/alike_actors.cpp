@@ -27,8 +27,8 @@ std::string shared_settings(const Scene& scene, const ActorSettings& actor) {
   for_each_object(copy, [&](ObjectSettings& object) { text += "\n" + object.model.string(); });
   // An actor that starts later may have fewer frames left, so the times of its legs are added.
   for (const LegTiming& leg : make_timeline(scene, actor).legs) {
-    text += fmt::format("\n{} {} {} {} {} {}", leg.first_step, leg.steps, leg.from_full,
-                        leg.to_full, leg.until, static_cast<int>(leg.interpolation));
+    text += fmt::format("\n{} {} {} {} {} {}", leg.first_step, leg.steps, leg.starts_at_model,
+                        leg.ends_at_model, leg.until, static_cast<int>(leg.interpolation));
     for (const float share : leg.shares) text += fmt::format(" {}", share);
   }
   return text;

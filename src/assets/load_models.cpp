@@ -7,9 +7,9 @@
 #include <utility>
 
 #include "assets/check_plan.h"
+#include "assets/load_object.h"
 #include "assets/mesh_sequence.h"
 #include "assets/place_landmarks.h"
-#include "assets/read_object.h"
 #include "base/activity.h"
 #include "base/exact_math.h"
 #include "base/parallel.h"
@@ -173,7 +173,7 @@ void place_object(const Scene& scene, const ChainObject& chained, ReadObject& re
   const ObjectSettings& object = *chained.settings;
   const ActorSettings& actor = *chained.actor;
   Model& model = read.model;
-  restyle(model, object);
+  apply_materials(model, object);
   const bool is_first = size == 0;
   if (is_first) size = model.box().diagonal();
   const bool stand = scene.arrange == Arrange::kStand && object.arrange;
@@ -261,11 +261,11 @@ std::optional<double> front_azimuth(const ChainObject& object) {
   return exact::atan2(static_cast<double>(in_scene.x), static_cast<double>(in_scene.z));
 }
 
-std::vector<std::size_t> find_alike(std::span<const ChainObject> chain) {
+std::vector<std::size_t> find_first_congruent(std::span<const ChainObject> chain) {
   return first_with_key(chain, placed_key);
 }
 
-std::vector<std::size_t> find_similar(std::span<const ChainObject> chain) {
+std::vector<std::size_t> find_first_similar(std::span<const ChainObject> chain) {
   return first_with_key(chain, similarity_key);
 }
 
@@ -274,7 +274,7 @@ std::vector<std::string> find_problems(const Scene& scene, std::span<const Chain
   std::vector<std::string> problems;
   float size = 0;  // diagonal of the first object (place_object())
   Readings readings(chain);
-  const std::vector<std::size_t> first_similar = find_similar(chain);
+  const std::vector<std::size_t> first_similar = find_first_similar(chain);
   for (std::size_t i = 0; i < chain.size(); ++i) {
     const ObjectSettings& object = *chain[i].settings;
     if (readings.first[i] == i) readings.read(scene, chain, i, /*textures=*/true);

@@ -31,10 +31,10 @@ Model rotate_upright(Model model, UpAxis up);
 /// Returns for each object the index of the first one of the same shape, size, rotation and sphere
 /// settings. Such objects differ at most in position, colour and motion, so a report on the shape
 /// of one holds for all.
-std::vector<std::size_t> find_alike(std::span<const ChainObject> chain);
+std::vector<std::size_t> find_first_congruent(std::span<const ChainObject> chain);
 /// Returns for each object the index of the first one of the same shape and sphere settings; size
 /// and rotation may differ. A problem of one such object is a problem of all.
-std::vector<std::size_t> find_similar(std::span<const ChainObject> chain);
+std::vector<std::size_t> find_first_similar(std::span<const ChainObject> chain);
 
 /// Finds everything in the inputs (models, their spheres, landmarks, the environment, ...) that
 /// could make prepare_scene() fail, and describes each problem in one line. Adds all objects to

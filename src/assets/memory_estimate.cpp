@@ -61,8 +61,8 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
   std::span<const Model> models = loaded.models;
   // Bytes, but for `surface_triangles`. `maps` and `mixtures` are parts of
   // MemoryEstimate::surfaces.
-  double models_bytes = 0, trees = 0, fits = 0, distances = 0, making = 0, surface_triangles = 0,
-         maps = 0;
+  double models_bytes = 0, trees = 0, fits = 0, distances = 0, grid_temporaries = 0,
+         surface_triangles = 0, maps = 0;
   double mixtures = 0, copies = 0;
   std::set<const Image*> textures;  // counted so far, because models share textures
   // Sequences: each thread reads one mesh, and each frame in progress has one.
@@ -133,7 +133,7 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
           point_count(make_distance_grid(actor_models[i].box(), 0.5f * static_cast<float>(cell)));
       // Two grids, with and without detail, for the reference and for each cached pose.
       distances += 2 * sizeof(float) * points * (is_sequence ? 1 + kMaxCachedPoses : 1);
-      making = std::max(making, kMakingBytesPerPoint * points);
+      grid_temporaries = std::max(grid_temporaries, kMakingBytesPerPoint * points);
     }
   }
   // Half of the pictures are being traced and the others written.
@@ -146,7 +146,7 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
   estimate.trees = to_bytes(trees);
   estimate.fits = to_bytes(fits);
   estimate.distances = to_bytes(distances);
-  estimate.making = to_bytes(making);
+  estimate.grid_temporaries = to_bytes(grid_temporaries);
   estimate.surfaces = to_bytes(
       maps + mixtures +
       (kBytesPerSurfaceTriangle + extra_pictures * kBytesPerTracedTriangle) * surface_triangles);
@@ -188,7 +188,7 @@ Status check_memory(const MemoryEstimate& estimate, std::uint64_t limit) {
        "smaller models or textures, "},
       {estimate.trees, "search trees over the models' faces", "models of fewer faces, "},
       {estimate.fits, "fitting balls", "fewer spheres.balls, "},
-      {estimate.distances + estimate.making, "distances to the models",
+      {estimate.distances + estimate.grid_temporaries, "distances to the models",
        "a lower surface.resolution, "},
       {estimate.surfaces, "surfaces", "a lower surface.resolution, "},
       {estimate.pictures, "pictures", "smaller pictures, fewer image.aovs, "}};

@@ -23,13 +23,14 @@ struct MemoryEstimate {
   std::uint64_t trees = 0;      ///< hierarchies (BVH) for closest points, inside tests and rays
   std::uint64_t fits = 0;       ///< the largest fit of balls, whether or not it is in the cache
   std::uint64_t distances = 0;  ///< grids of distances to models
-  std::uint64_t making = 0;     ///< temporary memory while the largest grid is made
-  std::uint64_t surfaces = 0;   ///< surfaces between the models, with their hierarchies for rays
-  std::uint64_t pictures = 0;   ///< pictures that are traced or written at once
-  /// Returns the peak. `copies` are freed before `trees` and all later members, and `making` before
-  /// `surfaces` and `pictures`, so the larger of each two counts.
+  std::uint64_t grid_temporaries = 0;  ///< temporary memory while the largest grid is made
+  std::uint64_t surfaces = 0;  ///< surfaces between the models, with their hierarchies for rays
+  std::uint64_t pictures = 0;  ///< pictures that are traced or written at once
+  /// Returns the peak. `copies` are freed before `trees` and all later members, and
+  /// `grid_temporaries` before `surfaces` and `pictures`, so the larger of each two counts.
   std::uint64_t total() const {
-    const std::uint64_t objects = trees + fits + distances + std::max(making, surfaces + pictures);
+    const std::uint64_t objects =
+        trees + fits + distances + std::max(grid_temporaries, surfaces + pictures);
     return program + models + std::max(copies, objects);
   }
 };

@@ -112,7 +112,7 @@ std::string velocity_digest(const std::vector<PointVelocity>& velocities) {
 
 /// If the scene needs motion, logs between how many meshes no motion is known.
 void log_unknown_motion(const Scene& scene, const MeshSequence& sequence) {
-  if (!wants_flow(scene)) return;
+  if (!needs_motion(scene)) return;
   const std::vector<MeshFile>& files = sequence.files;
   std::size_t unknown = 0, first = 0;  // number of steps without known motion, and first of them
   for (std::size_t i = files.size(); i-- > 1;)
@@ -266,7 +266,7 @@ Result<Model> load_mesh(const MeshSequence& sequence, int mesh) {
     return make_error(ErrorCode::kInput, "mesh {}: {}: was changed while it was used", file.number,
                       file.file.string());
   share_textures(*sequence.textures, read.model);
-  restyle(read.model, sequence.object);
+  apply_materials(read.model, sequence.object);
   for (const Transform& step : sequence.steps) read.model = transformed(read.model, step);
   return std::move(read.model);
 }

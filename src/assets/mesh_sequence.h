@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "assets/load_object.h"
 #include "assets/loaded_scene.h"
-#include "assets/read_object.h"
 #include "base/result.h"
 #include "scene/load_scene.h"
 

@@ -22,13 +22,13 @@ T take(std::string_view& bytes) {
   return value;
 }
 
-/// put_all() and take_all() do the same for several values.
+/// put_array() and take_array() do the same for several values.
 template <class T>
-void put_all(std::string& bytes, const std::vector<T>& values) {
+void put_array(std::string& bytes, const std::vector<T>& values) {
   bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
 }
 template <class T>
-std::vector<T> take_all(std::string_view& bytes, std::size_t count) {
+std::vector<T> take_array(std::string_view& bytes, std::size_t count) {
   std::vector<T> values(count);
   if (count > 0) std::memcpy(values.data(), bytes.data(), count * sizeof(T));
   bytes.remove_prefix(count * sizeof(T));

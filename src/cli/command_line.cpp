@@ -396,7 +396,7 @@ int run_program(int argc, char** argv) {
                    "  polymorph check scene.json\n"
                    "  polymorph render scene.json -o 'out/frame.####.exr' --png\n"
                    "  polymorph strip 'out/frame.####.exr' -o strip.png --gif morph.gif");
-  const Command program = root_of(*line.app);
+  const Command program = program_command(*line.app);
   bool ignored = false;  // -V and -h are answered before parsing
   program.add_flag("-V,--version", ignored, "print the version").group("Options");
   program.add_flag("-h,--help", ignored, "this help; -h after a command is short, --help is full")
@@ -408,7 +408,7 @@ int run_program(int argc, char** argv) {
         add_pairs,   add_completion, add_manual, add_help,  add_version})
     add(line);
   // Commands without an --overwrite of their own get it among the common options.
-  for (const Command command : subcommands_of(*line.app))
+  for (const Command command : list_subcommands(*line.app))
     if (!command.has_option("--overwrite"))
       add_overwrite(command, line.common).group(compute_option_group(command.name()));
 

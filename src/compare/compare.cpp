@@ -7,8 +7,8 @@
 #include "base/parallel.h"
 #include "base/plural.h"
 #include "base/text.h"
+#include "compare/display_mismatch.h"
 #include "compare/pictures.h"
-#include "compare/shown_mismatch.h"
 #include "image/image_io.h"
 #include "image/rgb_channels.h"
 

@@ -51,7 +51,7 @@ enum class Verdict : std::uint8_t {
   kSame,     ///< all values are equal
   kWithin,   ///< differences within the limits
   kDiffers,  ///< too many failing pixels, a pixel beyond hard_fail, FLIP over its limits, a
-             ///< negative alpha, or headers that show pixels differently (shown_mismatch.h)
+             ///< negative alpha, or headers that show pixels differently (display_mismatch.h)
   kSizeMismatch,
   kChannelMismatch,  ///< the sets of names differ; their order does not matter
   kNotFinite,        ///< NaN or infinity in either image

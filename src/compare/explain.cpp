@@ -266,7 +266,7 @@ std::string explain_noise(const Image& actual, const Image& reference) {
 
 }  // namespace
 
-std::string view_text(const PinholeView& view) {
+std::string pinhole_view_text(const PinholeView& view) {
   const auto& [p, f, u, tan] = view;
   return fmt::format("{} {} {}  {} {} {}  {} {} {}  {}", p.x, p.y, p.z, f.x, f.y, f.z, u.x, u.y,
                      u.z, tan);

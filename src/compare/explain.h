@@ -10,7 +10,8 @@
 namespace polymorph {
 
 // Names of the header entries that the renderer writes for explain_change().
-inline constexpr const char* kCameraAttribute = "polymorph/camera";  ///< output of view_text()
+inline constexpr const char* kCameraAttribute =
+    "polymorph/camera";  ///< output of pinhole_view_text()
 /// Number of balls per object, as in "cube 12, sphere 16".
 inline constexpr const char* kBallsAttribute = "polymorph/balls";
 /// Digest of the plans, which say which balls become which.
@@ -26,8 +27,9 @@ struct PinholeView {
   float tan_half_fov_y = 0;
 };
 /// Encodes a view as ten numbers: position, forward, up and tan_half_fov_y.
-std::string view_text(const PinholeView& view);
-/// Parses the output of view_text(). Returns false if the text does not begin with ten numbers.
+std::string pinhole_view_text(const PinholeView& view);
+/// Parses the output of pinhole_view_text(). Returns false if the text does not begin with ten
+/// numbers.
 bool parse_view(const std::string& text, PinholeView& view);
 
 /// Facts that the two images do not contain; each may be unknown.

@@ -76,14 +76,14 @@ constexpr std::size_t kGridSize = sizeof(Vec3) + sizeof(float) + sizeof(Int3);
 template <class T>
 void put_counted(std::string& bytes, const std::vector<T>& values) {
   put(bytes, static_cast<std::uint64_t>(values.size()));
-  put_all(bytes, values);
+  put_array(bytes, values);
 }
 template <class T>
 bool take_counted(std::string_view& bytes, std::vector<T>& values) {
   if (bytes.size() < 8) return false;
   const auto count = take<std::uint64_t>(bytes);
   if (count > bytes.size() / sizeof(T)) return false;
-  values = take_all<T>(bytes, static_cast<std::size_t>(count));
+  values = take_array<T>(bytes, static_cast<std::size_t>(count));
   return true;
 }
 

@@ -213,7 +213,7 @@ Result<MorphEnds> measure_ends(const PreparedActor& actor, std::size_t number, c
 Result<BoundaryMeshes> sample_boundary_stage(const Leg& leg, const LegTiming& timing, bool leaving,
                                              int count, Engine& engine) {
   BoundaryMeshes stage;
-  if (!(leaving ? timing.from_full : timing.to_full)) return stage;
+  if (!(leaving ? timing.starts_at_model : timing.ends_at_model)) return stage;
   constexpr int kMinSteps = 4;
   // Durations of kBoundaryOut or kBoundaryIn over that of kVolume.
   const float time_ratio = timing.shares[leaving ? 1 : 3] / timing.shares[2];

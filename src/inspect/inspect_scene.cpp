@@ -22,8 +22,8 @@ void add_frames(Inspection& out, const Scene& scene, const ActorSettings& actor)
     // All legs of a blend begin at the first object.
     json["legs"].push_back({{"from", name(mixes_many(timeline) ? 0 : static_cast<int>(i))},
                             {"to", name(static_cast<int>(i) + 1)},
-                            {"from_meta", !leg.from_full},
-                            {"to_meta", !leg.to_full},
+                            {"from_meta", !leg.starts_at_model},
+                            {"to_meta", !leg.ends_at_model},
                             {"shares", std::move(shares)}});
   }
   // List the frames.

@@ -12,7 +12,7 @@ namespace polymorph {
 namespace {
 
 /// Returns the object whose boundary stage shows.
-const PreparedObject& end_object(const Leg& leg, const BoundaryMoment& moment) {
+const PreparedObject& end_object(const Leg& leg, const BoundaryState& moment) {
   return moment.leaving ? *leg.from : *leg.to;
 }
 
@@ -44,7 +44,7 @@ Result<BoundaryStage> make_boundary_stage(const PreparedObject& object, Boundary
   return BoundaryStage{std::move(field)};
 }
 
-Result<BoundarySurface> boundary_surface(const Leg& leg, const BoundaryMoment& moment,
+Result<BoundarySurface> boundary_surface(const Leg& leg, const BoundaryState& moment,
                                          Engine& engine) {
   const PreparedObject& object = end_object(leg, moment);
   BoundarySurface surface;

@@ -18,7 +18,7 @@ Result<BoundaryStage> make_boundary_stage(const PreparedObject& object, Boundary
                                           Engine& engine);
 
 /// A moment of a boundary stage.
-struct BoundaryMoment {
+struct BoundaryState {
   bool leaving = true;  ///< whether the object is the leg's source; else it is its target
   float boundary = 1;   ///< 1: the whole model; 0: its balls
   float growth = 0;     ///< size of the balls; 0: absent; 1: full size
@@ -32,11 +32,11 @@ struct BoundarySurface {
   std::vector<Vec3> corner_normals;  ///< 3 per triangle of the model; empty: the model's own
 };
 /// Computes the meshes of a boundary stage at a moment. Errors: kResource.
-Result<BoundarySurface> boundary_surface(const Leg& leg, const BoundaryMoment& moment,
+Result<BoundarySurface> boundary_surface(const Leg& leg, const BoundaryState& moment,
                                          Engine& engine);
 
 /// Computes the displacement of the model's points from `points` to the moment whose
-/// BoundaryMoment::boundary is `boundary`; empty unless the stage is a projection.
+/// BoundaryState::boundary is `boundary`; empty unless the stage is a projection.
 std::vector<Vec3> boundary_displacement(const PreparedObject& object,
                                         const std::vector<Vec3>& points, float boundary);
 

@@ -174,18 +174,18 @@ std::optional<Pacing> load_pacing(const std::filesystem::path& cache, const std:
   const std::size_t pairs = leg.plan.pairs.size();
   if (unread.size() < 2 * pairs * sizeof(Vec3) + 4) return std::nullopt;
   Pacing pacing;
-  pacing.registration.from_offsets = take_all<Vec3>(unread, pairs);
-  pacing.registration.to_offsets = take_all<Vec3>(unread, pairs);
+  pacing.registration.from_offsets = take_array<Vec3>(unread, pairs);
+  pacing.registration.to_offsets = take_array<Vec3>(unread, pairs);
   const bool has_times = unread[0] != 0, has_levels = unread[1] != 0, has_lifts = unread[2] != 0,
              has_extremes = unread[3] != 0;
   unread.remove_prefix(4);
   if (unread.size() != (has_times ? kTimesSize : 0) + (has_levels ? kLevelsSize : 0) +
                            (has_lifts ? kTimesSize : 0) + (has_extremes ? 6 * sizeof(Vec3) : 0))
     return std::nullopt;
-  if (has_times) pacing.times = take_all<float>(unread, kTimes + 1);
-  if (has_levels) pacing.levels = take_all<float>(unread, kSteps + 1);
-  if (has_lifts) pacing.lifts = take_all<float>(unread, kTimes + 1);
-  if (has_extremes) pacing.extremes = take_all<Vec3>(unread, 6);
+  if (has_times) pacing.times = take_array<float>(unread, kTimes + 1);
+  if (has_levels) pacing.levels = take_array<float>(unread, kSteps + 1);
+  if (has_lifts) pacing.lifts = take_array<float>(unread, kTimes + 1);
+  if (has_extremes) pacing.extremes = take_array<Vec3>(unread, 6);
   return pacing;
 }
 
@@ -193,15 +193,15 @@ void store_pacing(const std::filesystem::path& cache, const std::string& key, co
                   const Pacing& pacing) {
   if (cache.empty()) return;
   std::string bytes;
-  put_all(bytes, pacing.registration.from_offsets);
-  put_all(bytes, pacing.registration.to_offsets);
+  put_array(bytes, pacing.registration.from_offsets);
+  put_array(bytes, pacing.registration.to_offsets);
   for (const std::vector<float>* list : {&pacing.times, &pacing.levels, &pacing.lifts})
     bytes += list->empty() ? '\0' : '\1';
   bytes += pacing.extremes.empty() ? '\0' : '\1';
-  put_all(bytes, pacing.times);
-  put_all(bytes, pacing.levels);
-  put_all(bytes, pacing.lifts);
-  put_all(bytes, pacing.extremes);
+  put_array(bytes, pacing.times);
+  put_array(bytes, pacing.levels);
+  put_array(bytes, pacing.lifts);
+  put_array(bytes, pacing.extremes);
   store_cached(cache, key, kPacingFiles, leg.from->name + ", " + leg.to->name, bytes);
 }
 

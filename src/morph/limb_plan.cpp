@@ -221,8 +221,8 @@ std::vector<ChosenLimbs> list_label_choices(const LabelCarriers& from_carriers,
 }
 
 /// Lists the limbs that carry a label which no limb of the other object carries.
-std::vector<std::uint32_t> list_labelled_alone(const LabelCarriers& own,
-                                               const LabelCarriers& other) {
+std::vector<std::uint32_t> list_unmatched_labels(const LabelCarriers& own,
+                                                 const LabelCarriers& other) {
   std::vector<std::uint32_t> limbs_alone;
   for (const auto& [label, limbs] : own)
     if (!other.contains(label)) limbs_alone.insert(limbs_alone.end(), limbs.begin(), limbs.end());
@@ -478,8 +478,8 @@ LimbPlan find_limbs_of_sides(const PlanSide& from, const PlanSide& to,
   plan.choices.allowed = allowed_limbs(a, b, plan.from, plan.to);
   const LabelCarriers from_carriers = limbs_of_labels(a, plan.from),
                       to_carriers = limbs_of_labels(b, plan.to);
-  plan.from_labelled = list_labelled_alone(from_carriers, to_carriers);
-  plan.to_labelled = list_labelled_alone(to_carriers, from_carriers);
+  plan.from_unmatched_labels = list_unmatched_labels(from_carriers, to_carriers);
+  plan.to_unmatched_labels = list_unmatched_labels(to_carriers, from_carriers);
   plan.choices.chosen = choose_limbs(
       list_landmark_choices(a, b, plan.from, plan.to, plan.choices.allowed),
       list_label_choices(from_carriers, to_carriers, settings.labels.empty()), plan.from, plan.to);
@@ -495,9 +495,9 @@ std::pair<LimbCurves, LimbCurves> find_limb_curves(const LimbPlan& limbs,
                                                    const std::vector<Ball>& to) {
   const WarpedSides sides = warp_sides(limbs, from, to);
   const double angle = limbs.match.angle;
-  return {make_curves(from, limbs.from, sides.from_matched, limbs.from_labelled, to, limbs.to,
-                      sides.from_in_to, angle),
-          make_curves(to, limbs.to, sides.to_matched, limbs.to_labelled, from, limbs.from,
+  return {make_curves(from, limbs.from, sides.from_matched, limbs.from_unmatched_labels, to,
+                      limbs.to, sides.from_in_to, angle),
+          make_curves(to, limbs.to, sides.to_matched, limbs.to_unmatched_labels, from, limbs.from,
                       sides.to_in_from, -angle)};
 }
 

@@ -24,7 +24,7 @@ struct LimbPlan {
   LimbMatch match = {};      ///< match that the plan uses; set by the caller
   /// Limbs that carry a label which the other object has on no limb, only on its body. They become
   /// that part of the body, so they are not lone limbs (LimbCurves::lone).
-  std::vector<std::uint32_t> from_labelled = {}, to_labelled = {};
+  std::vector<std::uint32_t> from_unmatched_labels = {}, to_unmatched_labels = {};
   /// Results of match_at(): the angles at which it was called, radians, and the matches.
   std::vector<std::pair<double, LimbMatch>> searched = {};
 };

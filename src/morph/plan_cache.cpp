@@ -22,8 +22,8 @@ void put_limbs(std::string& bytes, const Correspondence& correspondence) {
   std::string names;
   for (const auto& [from, to] : correspondence.limb_names) names += from + "\t" + to + "\n";
   put(bytes, static_cast<std::uint64_t>(correspondence.from_limbs.size()));
-  put_all(bytes, correspondence.from_limbs);
-  put_all(bytes, correspondence.to_limbs);
+  put_array(bytes, correspondence.from_limbs);
+  put_array(bytes, correspondence.to_limbs);
   put(bytes, static_cast<std::uint64_t>(names.size()));
   bytes += names;
 }
@@ -36,8 +36,8 @@ bool take_limbs(std::string_view& bytes, std::size_t from, std::size_t to,
   const auto ball_count = take<std::uint64_t>(bytes);
   if (ball_count != 0) {
     if (ball_count != from || bytes.size() < (from + to) * sizeof(std::int32_t)) return false;
-    correspondence.from_limbs = take_all<std::int32_t>(bytes, from);
-    correspondence.to_limbs = take_all<std::int32_t>(bytes, to);
+    correspondence.from_limbs = take_array<std::int32_t>(bytes, from);
+    correspondence.to_limbs = take_array<std::int32_t>(bytes, to);
   }
   if (bytes.size() < sizeof(std::uint64_t)) return false;
   const auto length = take<std::uint64_t>(bytes);
@@ -59,11 +59,11 @@ void put_curves(std::string& bytes, const LimbCurves& curves) {
   for (const std::size_t count :
        {curves.matched.size(), curves.lone.size(), curves.stations.size()})
     put(bytes, static_cast<std::uint64_t>(count));
-  put_all(bytes, curves.matched);
-  put_all(bytes, curves.lone);
-  put_all(bytes, curves.counterparts);
-  put_all(bytes, curves.lone_limbs);
-  put_all(bytes, curves.stations);
+  put_array(bytes, curves.matched);
+  put_array(bytes, curves.lone);
+  put_array(bytes, curves.counterparts);
+  put_array(bytes, curves.lone_limbs);
+  put_array(bytes, curves.stations);
 }
 
 /// Reads what put_curves() wrote, and removes it from `bytes`; false if it does not fit.
@@ -75,11 +75,11 @@ bool take_curves(std::string_view& bytes, std::size_t balls, LimbCurves& curves)
       bytes.size() < (matched + lone) * sizeof(LimbCurve) + lone * sizeof(Vec3) +
                          stations * (sizeof(std::int32_t) + sizeof(float)))
     return false;
-  curves.matched = take_all<LimbCurve>(bytes, matched);
-  curves.lone = take_all<LimbCurve>(bytes, lone);
-  curves.counterparts = take_all<Vec3>(bytes, lone);
-  curves.lone_limbs = take_all<std::int32_t>(bytes, stations);
-  curves.stations = take_all<float>(bytes, stations);
+  curves.matched = take_array<LimbCurve>(bytes, matched);
+  curves.lone = take_array<LimbCurve>(bytes, lone);
+  curves.counterparts = take_array<Vec3>(bytes, lone);
+  curves.lone_limbs = take_array<std::int32_t>(bytes, stations);
+  curves.stations = take_array<float>(bytes, stations);
   return std::all_of(curves.lone_limbs.begin(), curves.lone_limbs.end(), [&](std::int32_t limb) {
     return limb >= kNoLabel && limb < static_cast<std::int32_t>(lone);
   });
@@ -124,14 +124,14 @@ std::optional<Correspondence> load_correspondence(const std::filesystem::path& f
   std::string_view bytes = *content;
   Correspondence correspondence;
   correspondence.rotation = take<Mat3>(bytes);
-  correspondence.from_masses = take_all<double>(bytes, from.balls.size());
-  correspondence.to_masses = take_all<double>(bytes, to.balls.size());
+  correspondence.from_masses = take_array<double>(bytes, from.balls.size());
+  correspondence.to_masses = take_array<double>(bytes, to.balls.size());
   if (!take_limbs(bytes, from.balls.size(), to.balls.size(), correspondence) ||
       !take_curves(bytes, from.balls.size(), correspondence.from_curves) ||
       !take_curves(bytes, to.balls.size(), correspondence.to_curves) ||
       bytes.size() % sizeof(Pair) != 0)
     return std::nullopt;
-  correspondence.pairs = take_all<Pair>(bytes, bytes.size() / sizeof(Pair));
+  correspondence.pairs = take_array<Pair>(bytes, bytes.size() / sizeof(Pair));
   const bool in_range = std::all_of(
       correspondence.pairs.begin(), correspondence.pairs.end(),
       [&](const Pair& pair) { return pair.from < from.balls.size() && pair.to < to.balls.size(); });
@@ -143,12 +143,12 @@ void store_correspondence(const std::filesystem::path& folder, const std::string
                           std::string_view origin, const Correspondence& correspondence) {
   std::string bytes;
   put(bytes, correspondence.rotation);
-  put_all(bytes, correspondence.from_masses);
-  put_all(bytes, correspondence.to_masses);
+  put_array(bytes, correspondence.from_masses);
+  put_array(bytes, correspondence.to_masses);
   put_limbs(bytes, correspondence);
   put_curves(bytes, correspondence.from_curves);
   put_curves(bytes, correspondence.to_curves);
-  put_all(bytes, correspondence.pairs);
+  put_array(bytes, correspondence.pairs);
   store_cached(folder, key, kPlanFiles, origin, bytes);
 }
 

@@ -30,17 +30,17 @@ constexpr std::array<StageInfo, 7> kStages{{
 float smoothstep(float t) { return t * t * (3 - 2 * t); }
 
 /// Sets LegTiming::shares, whose indices are the stages. An end has stages only if it shows a model
-/// (`from_full`, `to_full`). A surface from distances starts at the model itself, so it has no
-/// boundary stages.
+/// (`starts_at_model`, `ends_at_model`). A surface from distances starts at the model itself, so it
+/// has no boundary stages.
 void set_shares(LegTiming& leg, const BoundarySettings& settings, bool own_look) {
   const bool is_cut =
       leg.interpolation == Interpolation::kDistance || settings.method == BoundaryMethod::kCut;
   const float boundary = is_cut ? 0 : settings.boundary_share;
   const float look = own_look ? 0 : settings.look_share;
-  leg.shares[0] = leg.from_full ? look : 0;
-  leg.shares[1] = leg.from_full ? boundary : 0;
-  leg.shares[3] = leg.to_full ? boundary : 0;
-  leg.shares[4] = leg.to_full ? look : 0;
+  leg.shares[0] = leg.starts_at_model ? look : 0;
+  leg.shares[1] = leg.starts_at_model ? boundary : 0;
+  leg.shares[3] = leg.ends_at_model ? boundary : 0;
+  leg.shares[4] = leg.ends_at_model ? look : 0;
   // The stages beside the volumetric one take at most four fifths of the time.
   const float end_shares = leg.shares[0] + leg.shares[1] + leg.shares[3] + leg.shares[4];
   if (end_shares > 0.8f)
@@ -61,8 +61,9 @@ bool has_distances(const Scene& scene, const ObjectSettings& from, const ObjectS
 /// `leg_fraction`: fraction of the leg that has passed, [0, 1]. If it is such an end, sets `state`
 /// to show the model and returns true.
 bool show_model_without_stages(const LegTiming& leg, float leg_fraction, MorphState& state) {
-  const bool at_start = leg_fraction <= 0 && leg.from_full && leg.shares[0] + leg.shares[1] <= 0;
-  const bool at_end = leg_fraction >= 1 && leg.to_full && leg.shares[3] + leg.shares[4] <= 0;
+  const bool at_start =
+      leg_fraction <= 0 && leg.starts_at_model && leg.shares[0] + leg.shares[1] <= 0;
+  const bool at_end = leg_fraction >= 1 && leg.ends_at_model && leg.shares[3] + leg.shares[4] <= 0;
   if (!at_start && !at_end) return false;
   state.stage = at_start ? Stage::kLookOut : Stage::kLookIn;
   state.object = at_start ? state.leg : state.leg + 1;
@@ -245,8 +246,8 @@ Timeline lay_out(const Scene& scene, const ActorSettings& actor) {
     if (!stays_balls && has_distances(scene, *objects[i], *objects[i + 1]))
       leg.interpolation = Interpolation::kDistance;
     // An object that is left before it is reached is never shown itself.
-    leg.from_full = !objects[i]->meta && objects[i]->retarget == 1;
-    leg.to_full = !objects[i + 1]->meta && objects[i + 1]->retarget == 1;
+    leg.starts_at_model = !objects[i]->meta && objects[i]->retarget == 1;
+    leg.ends_at_model = !objects[i + 1]->meta && objects[i + 1]->retarget == 1;
     leg.until = objects[i + 1]->retarget;
     set_shares(leg, scene.boundary, timeline.own_look);
     timeline.legs.push_back(leg);

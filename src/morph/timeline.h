@@ -40,7 +40,8 @@ const char* stage_name(Stage stage);
 struct LegTiming {
   /// A step leads from one frame to the next; step 0 begins after Timeline::hold_start.
   int first_step = 0, steps = 1;
-  bool from_full = true, to_full = true;  ///< whether the leg's start (end) shows a model
+  bool starts_at_model = true,
+       ends_at_model = true;  ///< whether the leg's start (end) shows a model
   /// Fractions of the leg's time for the stages kLookOut to kLookIn; they sum to 1.
   float shares[5] = {0, 0, 1, 0, 0};
   /// Kind of the surface: from the objects' distances or from balls.

@@ -264,7 +264,7 @@ std::shared_ptr<CLI::App> make_program(const char* name, const char* purpose,
   return program;
 }
 
-Command root_of(CLI::App& program) { return Command(&program); }
+Command program_command(CLI::App& program) { return Command(&program); }
 
 Command add_subcommand(CLI::App& program, const std::string& name, const std::string& purpose,
                        const std::string& examples, const std::string& exit_codes) {
@@ -274,7 +274,7 @@ Command add_subcommand(CLI::App& program, const std::string& name, const std::st
   return Command(command);
 }
 
-std::vector<Command> subcommands_of(CLI::App& program) {
+std::vector<Command> list_subcommands(CLI::App& program) {
   std::vector<Command> commands;
   for (CLI::App* command : program.get_subcommands([](const CLI::App*) { return true; }))
     commands.emplace_back(command);

@@ -104,11 +104,11 @@ class Command {
 std::shared_ptr<CLI::App> make_program(const char* name, const char* purpose,
                                        const std::string& examples);
 /// Handle to the program itself, for the options that stand before a subcommand.
-Command root_of(CLI::App& program);
+Command program_command(CLI::App& program);
 /// Adds a subcommand. Its help shows `purpose` (one line), `examples` and `exit_codes`.
 Command add_subcommand(CLI::App& program, const std::string& name, const std::string& purpose,
                        const std::string& examples, const std::string& exit_codes);
-std::vector<Command> subcommands_of(CLI::App& program);
+std::vector<Command> list_subcommands(CLI::App& program);
 
 /// Parses argv and stores the values in the variables of the options. Errors (kUsage): the message
 /// suggests the nearest name for an unknown one.

@@ -51,7 +51,7 @@ JsonValue make_actor(const LevelFilm& film, int piece) {
   const PairsLevel& grid = file.game.levels[static_cast<std::size_t>(level)];
   const double fps = frames_per_second(file);
   const int column = piece % grid.columns, row = piece / grid.columns;
-  JsonValue actor{{"name", place_name(grid, piece)}};
+  JsonValue actor{{"name", format_square(grid, piece)}};
   actor["translate"] = JsonValue::array({(column - (grid.columns - 1) / 2.0) * kSpacing, 0,
                                          ((grid.rows - 1) / 2.0 - row) * kSpacing});
   // Add an object and a leg per event. Between two legs, the object stands still ("hold").

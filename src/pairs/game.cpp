@@ -98,10 +98,12 @@ Status PairsPlay::pick(int first, int second) {
       return make_error(ErrorCode::kInput, "there is no piece {} on this board", piece);
     const State state = board_[static_cast<std::size_t>(piece)].state;
     if (state == State::kFound || state == State::kExploded)
-      return make_error(ErrorCode::kInput, "{}: nothing is left there", place_name(level, piece));
+      return make_error(ErrorCode::kInput, "{}: nothing is left there",
+                        format_square(level, piece));
   }
   if (first == second)
-    return make_error(ErrorCode::kInput, "{}: pick two different pieces", place_name(level, first));
+    return make_error(ErrorCode::kInput, "{}: pick two different pieces",
+                      format_square(level, first));
   if (over_) return Ok{};
 
   // Reveal both pieces; then they melt if they are a pair, else they hide again.
@@ -158,16 +160,16 @@ void PairsPlay::finish_turn() {
   }
 }
 
-Result<int> parse_place(const PairsLevel& level, const std::string& text) {
+Result<int> parse_square(const PairsLevel& level, const std::string& text) {
   const auto row = text.empty() ? std::nullopt : parse_integer(std::string_view(text).substr(1));
   const int column = text.empty() ? -1 : std::tolower(static_cast<unsigned char>(text[0])) - 'a';
   if (!row || column < 0 || column >= level.columns || *row < 1 || *row > level.rows)
     return make_error(ErrorCode::kInput, "\"{}\" is no place - the board has a1 to {}", text,
-                      place_name(level, level.columns * level.rows - 1));
+                      format_square(level, level.columns * level.rows - 1));
   return static_cast<int>(*row - 1) * level.columns + column;
 }
 
-std::string place_name(const PairsLevel& level, int piece) {
+std::string format_square(const PairsLevel& level, int piece) {
   return fmt::format("{}{}", static_cast<char>('a' + piece % level.columns),
                      piece / level.columns + 1);
 }

@@ -121,8 +121,8 @@ double reveal_seconds(const PairsRules& rules, int looks_before);
 /// Parses a position such as "b3", column 2 of row 3, into the index of a piece. Letters count
 /// columns from the left, numbers count rows from the front. Errors (kInput): not a position on
 /// this level's board.
-Result<int> parse_place(const PairsLevel& level, const std::string& text);
+Result<int> parse_square(const PairsLevel& level, const std::string& text);
 /// Formats the position of a piece, such as "b3".
-std::string place_name(const PairsLevel& level, int piece);
+std::string format_square(const PairsLevel& level, int piece);
 
 }  // namespace polymorph

@@ -232,8 +232,8 @@ Status apply_move(PairsPlay& play, const std::string& text) {
     return seconds ? play.wait(*seconds) : Status(fail());
   }
   const PairsLevel& level = play.game().levels[static_cast<std::size_t>(play.level())];
-  PM_TRY(const int a, parse_place(level, first));
-  PM_TRY(const int b, parse_place(level, second));
+  PM_TRY(const int a, parse_square(level, first));
+  PM_TRY(const int b, parse_square(level, second));
   return play.pick(a, b);
 }
 

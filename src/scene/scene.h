@@ -451,7 +451,7 @@ struct Scene {
 };
 
 /// Tests whether frames with these settings need the surface's motion.
-inline bool wants_flow(const Scene& scene) {
+inline bool needs_motion(const Scene& scene) {
   return scene.camera.shutter > 0 || includes_aov(scene.image.aovs, "motion") ||
          includes_aov(scene.image.aovs, "morph");
 }

@@ -236,8 +236,8 @@ TEST_F(ExplainTest, AMissingBall) {
 
 TEST(Explain, AViewIsItsText) {
   PinholeView view{{1, 2.5f, -3}, {0, 0, -1}, {0, 1, 0}, 0.3f}, back;
-  ASSERT_TRUE(parse_view(view_text(view), back));
-  EXPECT_EQ(view_text(back), view_text(view));
+  ASSERT_TRUE(parse_view(pinhole_view_text(view), back));
+  EXPECT_EQ(pinhole_view_text(back), pinhole_view_text(view));
   EXPECT_FALSE(parse_view("1 2 3", back));
 }
 

@@ -110,8 +110,8 @@ Result<CheckResult> check_scene(const CheckOptions& options, const CommonOptions
   for (const auto& sequence : loaded.sequences)
     if (sequence) result.sequences.push_back(describe_meshes(*sequence));
   // Diagnose and fit each shape once: objects that are alike or similar share the result.
-  const std::vector<std::size_t> first_alike = find_alike(chain),
-                                 first_similar = find_similar(chain);
+  const std::vector<std::size_t> first_alike = find_first_congruent(chain),
+                                 first_similar = find_first_similar(chain);
   std::map<std::size_t, Diagnosis> diagnoses;
   std::map<std::size_t, std::optional<FitFindings>> fits;
   for (std::size_t i = 0; i < chain.size(); ++i) {

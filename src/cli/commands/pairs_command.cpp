@@ -62,7 +62,7 @@ class Session {
       if (event.piece >= 0) {
         const auto board = deal_board(file_.game, event.level);
         const int object = board[static_cast<std::size_t>(event.piece)].object;
-        description = fmt::format("{} {} {}", place_name(grid, event.piece), description,
+        description = fmt::format("{} {} {}", format_square(grid, event.piece), description,
                                   file_.game.objects[static_cast<std::size_t>(object)]);
       }
       print_data("{:>7.2f} s  level {}  score {:>5}  {}\n", event.start, event.level + 1,

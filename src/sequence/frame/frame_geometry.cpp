@@ -45,7 +45,7 @@ Result<ActorGeometry> model_geometry(const PreparedActor& actor, const MorphStat
   PM_TRY(geometry.leg, leg_at(actor, moment, engine));
   const std::shared_ptr<const PreparedObject>& object = shown_object(*geometry.leg, moment);
   if (sequence) geometry.sequence_model = {object, &object->model};
-  const BoundaryMoment boundary{leaving, moment.boundary, moment.growth};
+  const BoundaryState boundary{leaving, moment.boundary, moment.growth};
   PM_TRY(BoundarySurface shown, boundary_surface(*geometry.leg, boundary, engine));
   geometry.balls = std::move(shown.balls);
   geometry.surface = std::move(shown.surface);
@@ -171,7 +171,7 @@ Result<ActorGeometry> full_geometry(const PreparedScene& prepared, const Prepare
       includes_aov(scene.image.aovs, "label") || includes_aov(scene.image.aovs, "crypto_label");
   const MorphState moment = morph_state_at(actor.timeline, film_frame);
   PM_TRY(ActorGeometry geometry, unshifted_geometry(actor, moment, engine));
-  if (wants_flow(scene_at(scene, static_cast<double>(frame))))
+  if (needs_motion(scene_at(scene, static_cast<double>(frame))))
     PM_TRY_STATUS(add_flow(actor, is_last, engine, geometry));
   geometry.moves = !turntable && differs_from_neighbours(actor.timeline, film_frame);
   if (needs_labels && !geometry.surface.positions.empty()) {

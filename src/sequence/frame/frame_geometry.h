@@ -31,7 +31,7 @@ struct ActorGeometry {
   std::vector<Vec3> corner_normals;  ///< 3 per triangle of the model; empty: its own normals
   std::shared_ptr<const Mixture> mixture;  ///< mixture of three objects or more; else null
   float lift = 0;                          ///< WeightedSurface::lift of the mixture's surface
-  /// Motion until the next frame; only computed if wants_flow() (scene/scene.h).
+  /// Motion until the next frame; only computed if needs_motion() (scene/scene.h).
   Flow flow;                       ///< motion of the surface's points; empty: still
   std::vector<Vec3> displacement;  ///< motion of the model's points; empty: still
   /// Index into the actor's label_names for each vertex; only computed for a label AOV.

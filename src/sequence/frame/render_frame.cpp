@@ -18,7 +18,7 @@ namespace polymorph {
 namespace {
 
 std::string camera_text(const Camera& camera) {
-  return view_text({camera.position, camera.forward, camera.up, camera.tan_half_fov_y});
+  return pinhole_view_text({camera.position, camera.forward, camera.up, camera.tan_half_fov_y});
 }
 
 /// Computes a digest of the correspondence of balls on all legs.
@@ -124,7 +124,7 @@ std::string picture_key(const PreparedScene& prepared, int frame) {
   const Scene& scene = prepared.scene;
   // Noise that is not steady, or a turntable's camera, makes every frame different.
   if (!scene.image.steady || scene.frames.turntable > 0) return "";
-  const bool flows = wants_flow(scene_at(scene, static_cast<double>(frame)));
+  const bool flows = needs_motion(scene_at(scene, static_cast<double>(frame)));
   Hasher key;
   key.add(frame_hash(scene, prepared.hashes, frame)).add(sequence_time(scene, frame));
   for (const PreparedActor& actor : prepared.actors) {

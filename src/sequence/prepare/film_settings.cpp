@@ -147,7 +147,7 @@ void add_shown_meshes(const Scene& scene, const SequenceHashes& hashes, int fram
     const Timeline timeline = make_timeline(scene, scene.actors[a]);
     const int film_frame = shown_frame(scene, frame);
     add_moment_meshes(meshes, morph_state_at(timeline, film_frame), hasher);
-    if (scene.frames.turntable == 0 && wants_flow(scene))
+    if (scene.frames.turntable == 0 && needs_motion(scene))
       add_moment_meshes(meshes, morph_state_at(timeline, std::min(film_frame + 1, timeline.count)),
                         hasher);
   }

@@ -1,4 +1,4 @@
-#include "compare/shown_mismatch.h"
+#include "compare/display_mismatch.h"
 
 #include "base/result.h"
 #include "base/text.h"

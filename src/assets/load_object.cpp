@@ -1,4 +1,4 @@
-#include "assets/read_object.h"
+#include "assets/load_object.h"
 
 #include "base/activity.h"
 #include "mesh/normals.h"
@@ -51,7 +51,7 @@ Result<ReadObject> load_object(const ObjectSettings& object, bool textures, bool
   return read;
 }
 
-void restyle(Model& model, const ObjectSettings& object) {
+void apply_materials(Model& model, const ObjectSettings& object) {
   if (object.crease) model.corner_normals = creased_normals(model, *object.crease);
   if (object.color) paint(model, *object.color);
   for (Material& material : model.materials) {

@@ -26,6 +26,6 @@ Result<ReadObject> load_object(const ObjectSettings& object, bool textures, bool
                                std::vector<std::string>& warnings);
 
 /// Applies the crease angle, the colour and the material values that the scene sets for an object.
-void restyle(Model& model, const ObjectSettings& object);
+void apply_materials(Model& model, const ObjectSettings& object);
 
 }  // namespace polymorph

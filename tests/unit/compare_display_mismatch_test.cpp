@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "compare/compare.h"
-#include "compare/shown_mismatch.h"
+#include "compare/display_mismatch.h"
 #include "image/color_space.h"
 #include "image/image_io.h"
 
