@@ -155,6 +155,7 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
 }
 
 Status check_model_files(std::span<const ChainObject> chain, std::uint64_t limit) {
+  if (limit == 0) return Ok{};
   std::vector<std::filesystem::path> files;
   for (const ChainObject& object : chain) {
     if (!is_mesh_sequence(*object.settings))
@@ -166,7 +167,7 @@ Status check_model_files(std::span<const ChainObject> chain, std::uint64_t limit
   for (const std::filesystem::path& model : files) {
     std::error_code error;
     const auto bytes = std::filesystem::file_size(model, error);
-    if (limit > 0 && !error && bytes > limit)
+    if (!error && bytes > limit)
       return make_error(ErrorCode::kResource,
                         "{}: reading it takes at least {} of memory, and the limit is {} - use a "
                         "smaller model or raise --max-memory",

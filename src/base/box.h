@@ -24,6 +24,11 @@ struct Box {
 
 PM_HD inline Box extend(Box box, Vec3 p) { return {min(box.low, p), max(box.high, p)}; }
 PM_HD inline Box unite(Box a, Box b) { return {min(a.low, b.low), max(a.high, b.high)}; }
+/// Moves all faces outward by `margin`.
+PM_HD inline Box widened(Box box, float margin) {
+  const Vec3 offset{margin, margin, margin};
+  return {box.low - offset, box.high + offset};
+}
 inline Box bounding_box(std::span<const Vec3> points) {
   Box box;
   for (Vec3 p : points) box = extend(box, p);

@@ -8,13 +8,6 @@
 #include "kernels/morph_surface.h"
 
 namespace polymorph {
-namespace {
-
-Box extend_box(const Box& box, float margin) {
-  return {box.low - Vec3{margin, margin, margin}, box.high + Vec3{margin, margin, margin}};
-}
-
-}  // namespace
 
 Status to_status(const EngineStatus& status) {
   switch (status.code) {
@@ -40,7 +33,7 @@ Box surface_bounds(const std::vector<Ball>& balls, const ExtractSettings& settin
       box = extend(box, ball.center);
       sum += std::max(ball.w, 0.0f);
     }
-    return balls.empty() ? box : extend_box(box, static_cast<float>(std::sqrt(sum / settings.iso)));
+    return balls.empty() ? box : widened(box, static_cast<float>(std::sqrt(sum / settings.iso)));
   }
   for (const Ball& ball : balls) {
     // q = a d^T shape d at the end of the ball's support.

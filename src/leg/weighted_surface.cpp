@@ -21,11 +21,6 @@ namespace {
 /// Margin of Mixture::box, as a fraction of the mixture's size.
 constexpr float kMixtureMargin = 0.12f;
 
-Mat3 scale_matrix(Mat3 a, double factor) {
-  for (double& value : a.m) value *= factor;
-  return a;
-}
-
 /// An object of the space, with its weight in the mixture.
 struct MixtureInput {
   std::shared_ptr<const PreparedObject> object;
@@ -94,10 +89,7 @@ void mix_balls(const MorphPlan& plan, const std::vector<MixtureInput>& inputs, V
     const auto weight = static_cast<float>(input.weight);
     low = low + weight * box.low, high = high + weight * box.high;
   }
-  const auto widen = [](Box box, float width) {
-    return Box{box.low - Vec3{width, width, width}, box.high + Vec3{width, width, width}};
-  };
-  mixture.box = widen({low, high}, margin);
+  mixture.box = widened({low, high}, margin);
   const std::vector<Ball>& balls = plan.from;
   for (std::size_t b = 0; b < balls.size(); ++b) {
     Vec3d offset;
@@ -116,7 +108,7 @@ void mix_balls(const MorphPlan& plan, const std::vector<MixtureInput>& inputs, V
     mixture.samples.push_back({position, std::max(static_cast<float>(plan.from_masses[b]), 1e-6f),
                                static_cast<float>(std::sqrt(map_deviation * map_deviation +
                                                             ball_deviation * ball_deviation))});
-    mixture.box = unite(mixture.box, widen({position, position}, 0.5f * margin));
+    mixture.box = unite(mixture.box, widened({position, position}, 0.5f * margin));
   }
 }
 
@@ -141,25 +133,17 @@ Regression empty_regression(const Mixture& mixture) {
 
 /// Makes the values of a sample: the vector `value`, which changes by `slope` with the offset from
 /// the sample. The fourth value is 0.
-BallAttribute make_value(Vec3 value, const Mat3& slope) {
-  BallAttribute attribute;
-  attribute.value[0] = value.x, attribute.value[1] = value.y, attribute.value[2] = value.z;
-  for (int i = 0; i < 3; ++i)
-    attribute.slope[i] = to_float({slope.at(i, 0), slope.at(i, 1), slope.at(i, 2)});
-  return attribute;
-}
-
 /// Makes an object of the mixture with the map to it.
 MixedObject make_mixed_object(const MixtureInput& input, const Mixture& mixture) {
   const MeanSimilarity& mean = mixture.mean;
   MixedObject mixed{input.object, static_cast<float>(input.weight), {}, 1, {}};
   const double log_scale = input.similarity.log_scale - mean.log_scale;
   mixed.scale = static_cast<float>(exp_scalar(-log_scale));
-  mixed.linear = scale_matrix(exp_rotation(input.similarity.turn) * transposed(mean.rotation),
-                              exp_scalar(log_scale));
+  mixed.linear = scaled(exp_rotation(input.similarity.turn) * transposed(mean.rotation),
+                        exp_scalar(log_scale));
   Regression regression = empty_regression(mixture);
   for (const Vec3d place : input.places)
-    regression.values.push_back(make_value(to_float(place), mixed.linear));
+    set_linear(regression.values.emplace_back(), to_float(place), mixed.linear);
   mixed.map = std::make_shared<const Regression>(std::move(regression));
   return mixed;
 }
@@ -452,7 +436,7 @@ Result<Flow> weighted_flow(const ShapeSpace& space, std::span<const float> now,
   auto regression = std::make_shared<Regression>(empty_regression(mixture));
   for (std::size_t b = 0; b < mixture.samples.size(); ++b) {
     const Vec3 step = next_mixture.samples[b].center - mixture.samples[b].center;
-    regression->values.push_back(make_value(step, /*slope=*/scale_matrix({}, 0)));
+    set_linear(regression->values.emplace_back(), step, /*slope=*/scaled({}, 0));
     regression->values.back().value[3] = 1 - now.front();  // progress, as in read_flow()
   }
   std::vector<AttributeValues> values;

@@ -102,8 +102,7 @@ Box enclose_limbs(Box box, std::span<const LimbSample> samples_on_limbs, const B
                   float size) {
   for (const LimbSample& sample : samples_on_limbs) {
     const float radius = kMargin * size + 2 / std::sqrt(balls[sample.pair].a);
-    const Vec3 margin = {radius, radius, radius};
-    box = unite(box, {sample.center - margin, sample.center + margin});
+    box = unite(box, widened({sample.center, sample.center}, radius));
   }
   return box;
 }
@@ -116,9 +115,7 @@ Box box_around(const BallSet& balls, float size) {
   ExtractSettings settings;
   settings.cutoff = 0.1f;
   if (strongest < 0) settings.cutoff *= static_cast<float>(exp_scalar(strongest));
-  const Box box = surface_bounds(balls.balls(), settings);
-  const float margin = kMargin * size;
-  return {box.low - Vec3{margin, margin, margin}, box.high + Vec3{margin, margin, margin}};
+  return widened(surface_bounds(balls.balls(), settings), kMargin * size);
 }
 
 /// Progress of a pair in the mix of both objects: u + 0.12 `lead` 4 u (1 - u), with `lead` as in
@@ -214,10 +211,7 @@ SampledPlan sample_plan(const MorphPlan& plan, float time, const BallSet& balls,
 }  // namespace
 
 double regression_bytes(const Box& box, float size) {
-  const float margin = kMargin * size;
-  const Grid lattice = lattice_over(
-      {box.low - Vec3{margin, margin, margin}, box.high + Vec3{margin, margin, margin}}, size,
-      /*narrowing=*/1);
+  const Grid lattice = lattice_over(widened(box, kMargin * size), size, /*narrowing=*/1);
   return static_cast<double>(kRegressionValues * sizeof(float) + sizeof(Strain)) *
          lattice.points.x * lattice.points.y * lattice.points.z;
 }

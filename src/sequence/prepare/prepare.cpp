@@ -42,16 +42,14 @@ void place_camera(PreparedScene& prepared) {
   // A surface between two objects may be larger than both. Points outside the models' box by less
   // than the picture's margin do not change the camera.
   const Box models = bounding_box(points);
-  const float border = scene.camera.margin * models.diagonal();
-  const Box widened{models.low - Vec3{border, border, border},
-                    models.high + Vec3{border, border, border}};
+  const Box framed = widened(models, scene.camera.margin * models.diagonal());
   bool has_outliers = false;
   for (const PreparedActor& actor : prepared.actors)
     for (const auto& leg : actor.legs)
       if (const auto* distances = std::get_if<DistanceLeg>(&leg->kind))
         for (const Vec3 extreme : distances->extremes) {
           const Vec3 p = extreme + actor.offset;
-          if (min(p, widened.low) == widened.low && max(p, widened.high) == widened.high) continue;
+          if (min(p, framed.low) == framed.low && max(p, framed.high) == framed.high) continue;
           points.push_back(p);
           has_outliers = true;
         }
