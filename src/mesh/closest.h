@@ -28,10 +28,10 @@ class ClosestPointQuery {
   /// Finds the closest point no further than `max_distance`; of several equally close ones, that on
   /// the triangle of lowest index. Two cases are approximate: where thousands of triangles are long
   /// (build_split_bvh()), the distance exceeds the smallest by at most a ten-thousandth; where
-  /// list_representative_triangles() keeps only some of the triangles, the point is the closest on
-  /// those. If no point is found (no triangles, all further away, a NaN in `from`): point = from,
-  /// distance = max_distance, triangle = kNoTriangle. A small `max_distance` is much faster where
-  /// most points are far from the mesh.
+  /// list_representative_triangles() (vertex_clustering.h) keeps only some of the triangles, the
+  /// point is the closest on those. If no point is found (no triangles, all further away, a NaN in
+  /// `from`): point = from, distance = max_distance, triangle = kNoTriangle. A small `max_distance`
+  /// is much faster where most points are far from the mesh.
   ClosestPoint closest(Vec3 from,
                        float max_distance = std::numeric_limits<float>::infinity()) const;
   /// Finds the closest point, faster if `neighbour_hit` is the closest point of `neighbour`, a
@@ -51,7 +51,7 @@ class ClosestPointQuery {
   std::unique_ptr<Tree> tree_;
 };
 
-/// Barycentric weights of a closest point in its triangle.
+/// Barycentric weights of a closest point in its triangle, which must not be kNoTriangle.
 TriangleWeights weights_at(MeshView mesh, const ClosestPoint& hit);
 
 /// Interpolates values that are given per vertex.
