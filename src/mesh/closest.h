@@ -11,15 +11,15 @@
 
 namespace polymorph {
 
-/// Closest-point query by a hierarchy over a copy of the triangles, which the mesh need not
-/// outlive. Const member functions may be called from many threads at once. A triangle without area
-/// counts as the segment or point to which it degenerates.
+/// Closest-point query by a hierarchy over a copy of the triangles; the mesh may be destroyed
+/// before it. Const member functions may be called from many threads at once. A triangle without
+/// area counts as the segment or point to which it degenerates.
 class ClosestPointQuery {
  public:
   explicit ClosestPointQuery(MeshView mesh);
   ClosestPointQuery(std::span<const Vec3> points, std::span<const Triangle> triangles)
       : ClosestPointQuery(MeshView(points, triangles)) {}
-  /// Builds the query over a subset of the triangles (ascending indices).
+  /// Builds the query over a subset of the triangles (ascending indices of `mesh`, as in results).
   ClosestPointQuery(MeshView mesh, std::span<const std::uint32_t> faces);
   ~ClosestPointQuery();
   ClosestPointQuery(ClosestPointQuery&&) noexcept;

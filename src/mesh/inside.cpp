@@ -116,6 +116,7 @@ void InsideTest::Tree::compute_moments(Node& node, std::span<const std::uint32_t
   }
   node.center = area > 0 ? weighted_sum * (1 / area)
                          : centroid_sum * (1.0 / static_cast<double>(order.size()));
+  // Radius and moments about the centre.
   double radius2 = 0;
   for (const std::uint32_t t : order) {
     const auto& v = mesh.triangles[t].v;

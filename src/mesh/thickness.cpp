@@ -33,9 +33,8 @@ double intersect(Vec3d origin, Vec3d direction, const TriangleBvh::Corners& c) {
 
 struct Hit {
   double distance = INFINITY;  ///< infinite: no hit
-  double cosine =
-      -1;        ///< between the ray and the face normal; positive where the ray leaves the solid
-  Vec3d normal;  ///< unit normal of the face
+  double cosine = -1;          ///< ray and face normal; positive where the ray leaves the solid
+  Vec3d normal;                ///< unit normal of the face
 };
 
 /// Finds the nearest hit beyond `min_distance` that is not on triangle `self`. Returns no hit if
@@ -61,7 +60,7 @@ Hit first_hit(const TriangleBvh& bvh, Vec3d origin, Vec3d direction, double min_
     const int bottom = stack_size;
     for (int k = 0; k < TriangleBvh::kWidth; ++k) {
       if (node.child[k] == TriangleBvh::kNone) continue;
-      double enter = min_distance, leave = hit.distance;
+      double enter = min_distance, leave = hit.distance;  // the ray's interval in the box
       for (int axis = 0; axis < 3; ++axis) {
         const double low = static_cast<double>(node.low[axis][k]) - o[axis],
                      high = static_cast<double>(node.high[axis][k]) - o[axis];
