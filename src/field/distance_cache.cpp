@@ -27,8 +27,8 @@ namespace {
 // of a vessel's walls. Distances are stored as grid, Lipschitz constant, spline
 // (SmoothDistances), and the indices and values of all blocks of points that differ from the
 // spline.
-constexpr int kEdge = 4;  ///< points along a block's edge
-constexpr std::size_t kBlockPoints = kEdge * kEdge * kEdge;
+constexpr int kBlockEdge = 4;  ///< points along a block's edge
+constexpr std::size_t kBlockPoints = kBlockEdge * kBlockEdge * kBlockEdge;
 
 std::string make_key(const Model& model, const DistanceMeasure& measure) {
   Hasher hasher;
@@ -40,22 +40,22 @@ std::string make_key(const Model& model, const DistanceMeasure& measure) {
 }
 
 Int3 count_blocks(const Grid& grid) {
-  const auto count = [](int points) { return (points + kEdge - 1) / kEdge; };
+  const auto count = [](int points) { return (points + kBlockEdge - 1) / kBlockEdge; };
   return {count(grid.points.x), count(grid.points.y), count(grid.points.z)};
 }
 
 /// Calls f(index of a grid point, index within the block) for the points of block b.
 template <class F>
-void for_block(const Grid& grid, std::int64_t b, const F& f) {
+void for_each_block_point(const Grid& grid, std::int64_t b, const F& f) {
   const Int3 blocks = count_blocks(grid), n = grid.points;
-  const auto first_x = static_cast<int>(b % blocks.x) * kEdge,
-             first_y = static_cast<int>(b / blocks.x % blocks.y) * kEdge,
-             first_z = static_cast<int>(b / blocks.x / blocks.y) * kEdge;
-  for (int z = 0; z < std::min(kEdge, n.z - first_z); ++z)
-    for (int y = 0; y < std::min(kEdge, n.y - first_y); ++y)
-      for (int x = 0; x < std::min(kEdge, n.x - first_x); ++x)
+  const auto first_x = static_cast<int>(b % blocks.x) * kBlockEdge,
+             first_y = static_cast<int>(b / blocks.x % blocks.y) * kBlockEdge,
+             first_z = static_cast<int>(b / blocks.x / blocks.y) * kBlockEdge;
+  for (int z = 0; z < std::min(kBlockEdge, n.z - first_z); ++z)
+    for (int y = 0; y < std::min(kBlockEdge, n.y - first_y); ++y)
+      for (int x = 0; x < std::min(kBlockEdge, n.x - first_x); ++x)
         f(array3_index(n, first_x + x, first_y + y, first_z + z),
-          static_cast<std::size_t>((z * kEdge + y) * kEdge + x));
+          static_cast<std::size_t>((z * kBlockEdge + y) * kBlockEdge + x));
 }
 
 void put_grid(std::string& bytes, const Grid& grid) {
@@ -110,17 +110,18 @@ void put_distances(std::string& bytes, const MeasuredGrid& measured) {
   const std::vector<float>& values = distances->values;
   const std::vector<float> spline_values = make_smooth_part(spline, grid).values;
   const Int3 blocks = count_blocks(grid);
+  // The blocks that differ from the spline, and all their values.
   std::vector<std::uint32_t> block_numbers;
   std::vector<float> near_values;
   for (std::int64_t b = 0; b < std::int64_t{blocks.x} * blocks.y * blocks.z; ++b) {
     bool differs = false;
-    for_block(grid, b,
-              [&](std::size_t i, std::size_t) { differs |= values[i] != spline_values[i]; });
+    for_each_block_point(
+        grid, b, [&](std::size_t i, std::size_t) { differs |= values[i] != spline_values[i]; });
     if (!differs) continue;
     block_numbers.push_back(static_cast<std::uint32_t>(b));
     near_values.resize(near_values.size() + kBlockPoints);
     float* to = near_values.data() + near_values.size() - kBlockPoints;
-    for_block(grid, b, [&](std::size_t i, std::size_t k) { to[k] = values[i]; });
+    for_each_block_point(grid, b, [&](std::size_t i, std::size_t k) { to[k] = values[i]; });
   }
   put_counted(bytes, block_numbers);
   put_counted(bytes, near_values);
@@ -151,6 +152,7 @@ std::string encode(const ObjectDistances& object, const Measurement& measurement
   return bytes;
 }
 
+/// Tests whether a grid from a file, which may be damaged, has plausible sizes.
 bool is_sound(const Grid& grid) {
   const auto within = [](int points) { return points >= 2 && points <= 4096; };
   return within(grid.points.x) && within(grid.points.y) && within(grid.points.z) && grid.cell > 0 &&
@@ -194,10 +196,10 @@ bool take_distances(std::string_view& bytes, MeasuredGrid& measured) {
       [&](std::int64_t i) {
         const auto at = static_cast<std::size_t>(i);
         const float* from = near_values.data() + kBlockPoints * at;
-        for_block(grid, block_numbers[at],
-                  [&](std::size_t p, std::size_t k) { distances.values[p] = from[k]; });
+        for_each_block_point(grid, block_numbers[at],
+                             [&](std::size_t p, std::size_t k) { distances.values[p] = from[k]; });
       },
-      256);
+      /*grain=*/256);
   measured.distances = std::make_shared<const DistanceGrid>(std::move(distances));
   return true;
 }
@@ -270,6 +272,7 @@ Result<Measurement> measure_model(const Model& model, const ClosestPointQuery& c
     PM_TRY(const Model solid, solidify(model));
     measurement.solid =
         measure_solid(solid, ClosestPointQuery(solid), InsideTest(solid), measure, object);
+    // The sides of the model's triangles replace those of the solid's.
     object.sides.assign(model.triangles.size(), FaceSide::kBoundary);
     return measurement;
   }
@@ -285,7 +288,7 @@ Result<Measurement> measure_model(const Model& model, const ClosestPointQuery& c
   object.is_vessel = true;
   const std::vector<FaceSide> walls(model.triangles.size(),
                                     vessel->is_sheet ? FaceSide::kSheet : FaceSide::kBoundary);
-  if (vessel->is_sheet)
+  if (vessel->is_sheet)  // the filled model begins with the model's triangles
     object.sides.resize(model.triangles.size());
   else
     object.sides = walls;

@@ -21,7 +21,7 @@ inline constexpr std::uint32_t kDistancesVersion = 12;
 struct ObjectDistances {
   std::vector<FaceSide> sides;  ///< classify_faces(): one per triangle of the model
   double undecided = 0;         ///< measure_undecided_fraction() (model/repair/shell.h)
-  std::shared_ptr<const DistanceGrid> grid;      ///< signed distances
+  std::shared_ptr<const DistanceGrid> grid;      ///< signed distances, positive inside
   std::shared_ptr<const DistanceGrid> thinness;  ///< limit_thinness() (field/thinness.h)
   std::shared_ptr<const DistanceGrid> smooth;    ///< remove_detail() (field/remove_detail.h)
   /// True for a vessel (model/repair/vessel.h): `grid` has the distances of its walls
@@ -43,7 +43,7 @@ inline bool is_shell(const ObjectDistances& object) {
 struct DistanceMeasure {
   float cell = 0;                  ///< edge of the cells of the measured surface, scene units
   float thinnest = 0;              ///< half thickness below which parts are thickened, scene units
-  double min_component_share = 0;  ///< share of the volume below which components are left out
+  double min_component_share = 0;  ///< components of a smaller fraction of the volume are left out
   /// True to measure the result of solidify() (model/repair/solidify.h) instead of the model.
   bool solidified = false;
 };

@@ -104,7 +104,7 @@ void extend_to_hidden(const Grid& grid, const std::vector<std::uint8_t>& hidden,
     }
   };
   // A second round reaches points whose shortest path to a known point changes direction.
-  for (int i = 0; i < 2; ++i) sweep(true), sweep(false);
+  for (int i = 0; i < 2; ++i) sweep(/*forward=*/true), sweep(/*forward=*/false);
   // Only if no value is known, some are still unknown here.
   for (std::size_t n = 0; n < values.size(); ++n)
     if (values[n] >= kUnknown) values[n] = 0;
@@ -130,12 +130,12 @@ std::vector<float> measure_coarse(const Solid& solid, const Grid& coarse) {
           hidden[static_cast<std::size_t>(n)] = is_hidden(solid, p, closest, previous.is_inside);
         }
       },
-      4);
+      /*grain=*/4);
   extend_to_hidden(coarse, hidden, values);
   return values;
 }
 
-/// Blends the exact distance into `value`, which holds the smooth distance.
+/// Blends the exact distance into `value`, which holds the smooth distance. Sheets get a thickness.
 void set_near(const Solid& solid, Vec3 p, const ClosestPoint& closest, bool point_is_inside,
               float& value) {
   if (is_hidden(solid, p, closest, point_is_inside)) return;
@@ -191,7 +191,7 @@ void measure_near(const Solid& solid, Int3 blocks, DistanceGrid& result) {
         if (closest.triangle == ClosestPoint::kNoTriangle) return;
         measure_block(solid, first, max_distance, result);
       },
-      4);
+      /*grain=*/4);
 }
 
 /// Computes a bound of the squared slope of trilinear distances in cells that follow each other
@@ -231,7 +231,7 @@ std::vector<float> evaluate_spline(const SmoothDistances& smooth, const Grid& fi
   std::vector<float> values(array3_count(n));
   // The three coefficients that contribute to a point, along one axis, and their weights.
   struct Axis {
-    int at[3];
+    int at[3];  // indices, clamped to the coarse grid
     float weight[3];
   };
   const auto axis_at = [](int point, int count) {

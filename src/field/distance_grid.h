@@ -1,5 +1,5 @@
-// Signed distance fields of models on grids, for surfaces between two objects (docs/method.md,
-// Surface between).
+// Signed distance fields of models on grids (positive inside), for surfaces between two objects
+// (docs/method.md, Surface between).
 #pragma once
 
 #include <span>
@@ -16,10 +16,9 @@ namespace polymorph {
 /// Coefficients of a quadratic B-spline that represents the distances far from the surface.
 struct SmoothDistances {
   Grid grid;  ///< every fourth point of the distances' grid, from the first to the last
-  std::vector<float> values;
+  std::vector<float> values;  ///< one coefficient per point of `grid`
 };
-/// Evaluates the spline at all points of `fine`, the grid of which smooth.grid has every fourth
-/// point.
+/// Evaluates the spline at all points of `fine`, the distances' grid.
 std::vector<float> evaluate_spline(const SmoothDistances& smooth, const Grid& fine);
 /// Lowers the values on the grid's border to at most -grid.cell, so that the border is outside.
 void close_border(DistanceGrid& distances);
@@ -32,14 +31,14 @@ void set_lipschitz(DistanceGrid& distances);
 inline constexpr int kMaxDistanceCells = 256;
 
 /// Radius of the thinnest part that extraction shows without gaps, in cells of the extraction.
-/// Times their edge, it is the argument `thinnest` of compute_signed_distances().
+/// Multiply by the edge of these cells for the argument `thinnest` of compute_signed_distances().
 inline constexpr float kThinnestPart = 0.9f;
 
 /// Makes the grid for the signed distances of a model in `box`, with a margin. The cells' edge is
 /// `cell` or the longest side over kMaxDistanceCells, whichever is larger.
 Grid make_distance_grid(const Box& box, float cell);
 
-/// A model, with queries on it and the sides of its faces.
+/// A model, with queries on it and the classification of its faces.
 struct QueriedModel {
   const Model& model;
   const InsideTest& inside;

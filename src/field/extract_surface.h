@@ -16,7 +16,7 @@ namespace polymorph {
 Status to_status(const EngineStatus& status);
 
 /// Returns a box around the surface on which the balls' field is settings.iso. It may be much
-/// larger than the surface.
+/// larger than the surface; it is empty if all balls are negligible.
 Box surface_bounds(const std::vector<Ball>& balls, const ExtractSettings& settings);
 
 /// Makes a grid of cubic cells over `box` with one empty cell around it, anchored at multiples of

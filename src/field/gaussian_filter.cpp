@@ -44,7 +44,8 @@ void filter_gaussian(Int3 n, float sigma, std::vector<float>& values) {
     });
   };
   const auto row = static_cast<std::size_t>(n.x), layer = row * static_cast<std::size_t>(n.y);
-  filter_lines(static_cast<std::size_t>(n.y) * static_cast<std::size_t>(n.z), row, n.x, 1, 1);
+  filter_lines(static_cast<std::size_t>(n.y) * static_cast<std::size_t>(n.z), row, n.x, /*step=*/1,
+               /*width=*/1);
   filter_lines(static_cast<std::size_t>(n.z), layer, n.y, row, row);
   filter_lines(static_cast<std::size_t>(n.y), row, n.z, layer, row);
 }

@@ -31,9 +31,9 @@ Result<float> iso_for_volume(Engine& engine, const BallSet& balls, const VolumeM
   PM_CHECK(volume > 0 && start > 0);
   // The volume decreases with ln iso. Doubling steps find a bracket; then the Illinois variant of
   // false position, which does not stall where the surface vanishes (volume 0 for any larger iso).
-  constexpr double kTolerance = 0.002, kMin = -40, kMax = 40;
+  constexpr double kTolerance = 0.002, kMin = -40, kMax = 40;  // kMin, kMax: range of ln iso
   struct Bracket {
-    double x = 0, excess = 0;
+    double x = 0, excess = 0;  // ln iso; relative excess of the volume
     bool is_known = false;
   };
   Bracket large, small;  // volume too large, too small
@@ -53,14 +53,15 @@ Result<float> iso_for_volume(Engine& engine, const BallSet& balls, const VolumeM
     Bracket& other = excess > 0 ? small : large;
     const int new_side = excess > 0 ? 1 : -1;
     current = {x, excess, true};
-    if (new_side == side && other.is_known) other.excess /= 2;
+    if (new_side == side && other.is_known) other.excess /= 2;  // the Illinois variant
     side = new_side;
     if (large.is_known && small.is_known) {
       const double width = small.x - large.x;
       if (width < 1e-6) break;
+      // False position, but not close to the bracket's ends.
       x = std::clamp(large.x + width * large.excess / (large.excess - small.excess),
                      large.x + 0.02 * width, small.x - 0.02 * width);
-    } else {
+    } else {  // until the volume was too large and too small once, double the step
       step = step == 0 ? std::clamp(std::abs(exact::log1p(std::max(excess, -0.9))), 0.05, 2.0)
                        : 2 * step;
       x = std::clamp(x + new_side * step, kMin, kMax);
@@ -81,7 +82,8 @@ Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface surface, con
   /// area x level, which gives a Newton step at first. Later steps use the secant through the last
   /// two levels.
   const auto search = [&](float edge, double tolerance) -> Status {
-    // The volume lost by facets is proportional to the square of the edge.
+    // The volume lost by facets is proportional to the square of the edge. This fraction of it
+    // would not be lost on the goal's cells.
     const double fraction = 1 - static_cast<double>(goal.cell * goal.cell / (edge * edge));
     double last_level = 0, last_excess = 0, best = level, best_excess = 0;
     // Bracket: the last levels with too much volume and with too little.
@@ -104,6 +106,7 @@ Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface surface, con
         const double chord = (excess - last_excess) / (level - last_level);
         if (chord < slope / 50 && chord > 5 * slope) slope = chord;
       }
+      // Without a surface, assume the area of a face of a cube of the goal's volume.
       if (!(slope < 0)) slope = -cube_root(goal.volume * goal.volume);
       last_level = level, last_excess = excess;
       (excess > 0 ? bracket_low : bracket_high) = level;

@@ -12,8 +12,8 @@ namespace polymorph {
 
 /// The volume that a surface of balls is to enclose, and the settings of its measurement.
 struct VolumeMeasure {
-  double volume = 0;
-  float cell = 0;  ///< edge of the cells of the measured surface
+  double volume = 0;  ///< above 0
+  float cell = 0;     ///< edge of the cells of the measured surface
   ExtractSettings extract = {};
 };
 /// Finds the iso value at which the surface encloses the volume, to 0.2 % of it; where cells are
@@ -24,13 +24,13 @@ Result<float> iso_for_volume(Engine& engine, const BallSet& balls, const VolumeM
 /// A surface between two objects and its level.
 struct LevelSurface {
   Mesh mesh;
-  float level = 0;  ///< scene units
+  float level = 0;  ///< MorphSurface::level, scene units; higher levels enclose less
 };
 /// The volume that a surface between two objects is to enclose.
 struct VolumeGoal {
-  double volume = 0;
-  float cell = 0;   ///< edge of the cells on which the volume is measured
-  float limit = 0;  ///< maximum magnitude of the level
+  double volume = 0;  ///< above 0
+  float cell = 0;     ///< edge of the cells on which the volume is measured
+  float limit = 0;    ///< maximum magnitude of the level
   /// Estimate of the level; without one it is searched for on larger cells first.
   std::optional<float> near;
   double tolerance = 0.002;  ///< relative to the volume
@@ -46,9 +46,9 @@ Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface surface, con
 /// Rescales balls so that their surface at iso = 1 is the former one at `iso`.
 std::vector<Ball> rescale_balls(std::vector<Ball> balls, FieldKind kind, float iso);
 
-/// Scales balls for an object that appears: from no surface (growth 0) to all of them (1).
+/// Scales balls for an object that appears: from no surface (growth 0) to the whole one (1).
 /// Gaussian: the level falls from the field's maximum to 1; inverse-square: visible radii grow
-/// linearly.
+/// linearly. `field_maximum`: result of find_field_maximum().
 std::vector<Ball> grow_balls(std::vector<Ball> balls, FieldKind kind, float growth,
                              float field_maximum);
 
@@ -58,8 +58,8 @@ Result<float> find_field_maximum(Engine& engine, const BallSet& balls,
 
 /// Adjusts the strengths of Gaussian balls so that the field is nearly equal at all centres. Then
 /// thin parts are as robust as thick ones, and a smooth field (small blobbiness) does not dissolve
-/// them. Takes a few damped multiplicative steps; balls that already have the field's plateau value
-/// stay unchanged.
+/// them. Takes a few damped multiplicative steps towards the plateau, the 90th percentile of the
+/// field at centres. Balls with that value stay unchanged.
 Result<std::vector<Ball>> equalize_field(Engine& engine, std::vector<Ball> balls,
                                          const ExtractSettings& settings);
 

@@ -12,7 +12,7 @@
 namespace polymorph {
 namespace {
 
-constexpr float kLog2E = 1.44269504f;
+constexpr float kLog2E = 1.44269504f;  // log2(e), for exp(x) = exp2(x log2(e))
 constexpr float kDepth = 12;  // contributions below e^-12 of the field are lost in a float sum
 
 /// Smallest eigenvalue of a symmetric matrix of determinant 1 (Smith 1961).

@@ -21,8 +21,9 @@ struct LogField {
   Vec3 gradient;
 };
 
-/// Evaluates the field of the balls that matter near a position. In a box, balls that contribute
-/// less than e^-12 everywhere are left out; inverse-square balls never are. Borrows the balls.
+/// Evaluates the field of the balls that matter near a position. A ball matters in a box unless its
+/// contribution there is below e^-12 min(1, m), m being the largest contribution of any ball;
+/// inverse-square balls always matter. Borrows the balls.
 class NearBalls {
  public:
   NearBalls(std::span<const Ball> balls, FieldKind kind);

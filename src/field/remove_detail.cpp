@@ -11,7 +11,8 @@
 namespace polymorph {
 namespace {
 
-constexpr float kDeviation = 0.02f;  // of the Gaussian filter, as a fraction of the object's size
+// Standard deviation of the Gaussian filter, as a fraction of the object's size.
+constexpr float kDeviation = 0.02f;
 
 }  // namespace
 
@@ -25,7 +26,7 @@ DistanceGrid remove_detail(const DistanceGrid& distances, SmoothDistances spline
     const int z = static_cast<int>(layer);
     for (int y = 0; y < grid.points.y; ++y)
       for (int x = 0; x < grid.points.x; x += Lanes<Pack>::kCount) {
-        // Thinness is negative beyond its grid.
+        // Twice the thinness, clamped to [0, 1]: the field of thinness is negative beyond its grid.
         const Pack weights = min(max(2 * thin.value(line_points<Pack>(grid, {x, y, z})), Pack{}),
                                  broadcast<Pack>(1.0f));
         if (Lanes<Pack>::bits(weights > 0.0f) == 0) continue;

@@ -7,10 +7,10 @@
 
 namespace polymorph {
 
-/// Removes detail from an object's distances: a Gaussian filter with a deviation of 0.02 size
-/// smooths their spline, so that waves of length 0.1 size keep less than half of their amplitude.
-/// Where the object is thin, the distances are mixed in with a weight of twice the thinness (at
-/// most 1), because a limb is not detail. `distances` and `spline` are the results of
+/// Removes detail from an object's distances: a Gaussian filter with a standard deviation of 0.02
+/// size smooths their spline, so that waves of length 0.1 size keep less than half of their
+/// amplitude. Where the object is thin, the distances are mixed in with a weight of twice the
+/// thinness (at most 1), because a limb is not detail. `distances` and `spline` are the results of
 /// compute_signed_distances(), `thinness` is that of compute_thinness() (field/thinness.h), and
 /// `size` the diagonal of the object's box in scene units. The result has the grid of `distances`.
 /// Deterministic.

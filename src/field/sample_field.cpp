@@ -27,7 +27,7 @@ struct Sampling {
   const ExtractSettings& settings;
   const std::string& name;
   std::vector<float> values;
-  std::size_t done = 0;
+  std::size_t done = 0;  ///< number of points sampled so far
 };
 
 /// Samples the field of `balls`, which may be a subset of all balls, at a run of points, given by
@@ -64,7 +64,7 @@ std::vector<double> squared_support_radii(const BallSet& balls, const ExtractSet
 /// stays.
 Status sample_near(Sampling& sampling, const std::vector<double>& squared_radii,
                    std::vector<std::uint32_t> near, std::span<const std::uint32_t> run) {
-  constexpr std::size_t kRun = 512;
+  constexpr std::size_t kMaxRun = 512;
   Box box;
   for (const std::uint32_t point : run) box = extend(box, sampling.points[point]);
   std::erase_if(near, [&](std::uint32_t ball) {
@@ -72,7 +72,7 @@ Status sample_near(Sampling& sampling, const std::vector<double>& squared_radii,
     const Vec3d outside(max(max(box.low - center, center - box.high), Vec3{}));
     return dot(outside, outside) > squared_radii[ball];
   });
-  if (run.size() > kRun) {
+  if (run.size() > kMaxRun) {
     const std::size_t half = run.size() / 2;
     PM_TRY_STATUS(sample_near(sampling, squared_radii, near, run.first(half)));
     return sample_near(sampling, squared_radii, std::move(near), run.subspan(half));
@@ -99,15 +99,15 @@ std::size_t points_per_second(std::size_t balls) {
 Result<std::vector<float>> sample_field(Engine& engine, const BallSet& balls,
                                         const std::vector<Vec3>& points,
                                         const ExtractSettings& settings, const std::string& name) {
-  // Pairs of a ball and a point that are evaluated in a tenth of a second. Only above
-  // this number are the balls near each point searched.
+  // Pairs of a ball and a point that take a 32nd of a second at the rate of points_per_second().
+  // Only above this number are the balls near each point searched.
   constexpr std::size_t kMinPairs = std::size_t{1} << 26;
   Sampling sampling = {engine, balls, points, settings, name, std::vector<float>(points.size())};
   std::vector<std::uint32_t> order(points.size());
   std::iota(order.begin(), order.end(), 0u);
   if (balls.size() * points.size() > kMinPairs && have_round_support(balls, settings.field)) {
-    std::vector<float> none;
-    PM_TRY_STATUS(to_status(engine.sample(balls, {}, settings, none)));  // checks the balls
+    std::vector<float> no_values;
+    PM_TRY_STATUS(to_status(engine.sample(balls, {}, settings, no_values)));  // checks the balls
     // In Morton order, consecutive points are close to each other.
     const Box box = bounding_box(points);
     std::vector<std::uint64_t> keys;

@@ -51,7 +51,7 @@ bool is_on_ridge(const DistanceGrid& distances, int x, int y, int z, float radiu
 /// above cells^2, but not exact.
 std::vector<std::uint16_t> squared_ridge_distances(const DistanceGrid& distances, float radius,
                                                    int cells) {
-  constexpr std::uint16_t kFar = 0x3fff;
+  constexpr std::uint16_t kFar = 0x3fff;  // plus the squares along two axes, it fits 16 bits
   PM_CHECK(2 * cells * cells < kFar);
   const Int3 n = distances.grid.points;
   const Strides stride(n);
@@ -93,7 +93,7 @@ std::vector<std::uint16_t> squared_ridge_distances(const DistanceGrid& distances
   return squares;
 }
 
-/// Key of the half cell that contains a position in cells.
+/// Key of the half cell that contains a position in cells: 20 bits per axis.
 std::uint64_t half_cell_key(Vec3 at) {
   const auto half_cells = [](float x) { return static_cast<std::uint64_t>(2 * std::max(x, 0.0f)); };
   return half_cells(at.x) << 40 | half_cells(at.y) << 20 | half_cells(at.z);
@@ -111,7 +111,7 @@ std::vector<std::vector<Vec3>> find_thin_walls(const Model& original, const Dist
                                   std::sqrt(area_of(original) / kMaxSamples));
   TriangleBvh bvh = build_split_bvh(original.points, original.triangles);
   // A ray through thousands of scattered long triangles hits walls everywhere, and a ray through a
-  // point that thousands of triangles share touches all of them.
+  // point that thousands of triangles share touches all of them. Such models are clustered first.
   const std::optional<ClusteredModel> clustered =
       bvh.is_split ? cluster_long_triangles(original) : std::nullopt;
   const bool is_thinned =
@@ -191,6 +191,7 @@ void smooth_thin_parts(const Model& model, float thinnest, DistanceGrid& distanc
   if (steepness > 1)
     raise_around(
         walls, radius, [&](float distance) { return steepness * (radius - distance); }, distances);
+  // Filter fully up to the distance `near` from ridges, and less and less up to `far`.
   const float near = 1.5f * radius, far = 2.5f * radius;
   const std::vector<std::uint16_t> squares =
       squared_ridge_distances(distances, radius, static_cast<int>(std::floor(far / cell)) + 1);
@@ -207,7 +208,7 @@ void smooth_thin_parts(const Model& model, float thinnest, DistanceGrid& distanc
         const float weight = falloff(cell * std::sqrt(static_cast<float>(squares[i])));
         distances.values[i] += weight * (smooth[i] - distances.values[i]);
       },
-      4096);
+      /*grain=*/4096);
 }
 
 }  // namespace polymorph

@@ -17,7 +17,7 @@ constexpr float kThick = 0.06f, kFalloffDistance = 0.1f, kCell = 0.02f;
 /// a thin part.
 constexpr float kMaxMedialGradient = 0.5f;
 
-/// Makes a grid of every `stride`-th point, with `margin` more cells on each side.
+/// Makes a grid of every `stride`-th point, with `margin` more coarse cells on each side.
 Grid coarse_grid(const Grid& fine, int stride, int margin) {
   Grid grid;
   grid.cell = static_cast<float>(stride) * fine.cell;
@@ -66,21 +66,21 @@ void dilate(float max_fall, DistanceGrid& result) {
     int x, y, z;
     float fall;
   };
-  std::vector<Step> offsets;
+  std::vector<Step> offsets;  // to the 13 neighbours that precede a point in a forward pass
   for (int z = -1; z <= 0; ++z)
     for (int y = -1; y <= 1; ++y)
       for (int x = -1; x <= 1; ++x)
         if (z < 0 || y < 0 || (y == 0 && x < 0))
           offsets.push_back(
               {x, y, z, max_fall * std::sqrt(static_cast<float>(x * x + y * y + z * z))});
-  const auto inside = [&](int x, int y, int z) {
+  const auto is_in_grid = [&](int x, int y, int z) {
     return x >= 0 && y >= 0 && z >= 0 && x < n.x && y < n.y && z < n.z;
   };
   const auto raise = [&](int x, int y, int z, int sign) {
     float& v = result.values[array3_index(n, x, y, z)];
     for (const Step& step : offsets) {
       const int a = x + sign * step.x, b = y + sign * step.y, c = z + sign * step.z;
-      if (inside(a, b, c)) v = std::max(v, result.values[array3_index(n, a, b, c)] - step.fall);
+      if (is_in_grid(a, b, c)) v = std::max(v, result.values[array3_index(n, a, b, c)] - step.fall);
     }
   };
   for (int z = 0; z < n.z; ++z)
@@ -92,8 +92,8 @@ void dilate(float max_fall, DistanceGrid& result) {
 }
 
 /// Returns the mean of 1 - thinness over the coarse points in the object; 1 if there are none.
-float compute_bulk(const DistanceGrid& distances, const DistanceGrid& result) {
-  const Grid &fine = distances.grid, &grid = result.grid;
+float compute_mean_bulk(const DistanceGrid& distances, const DistanceGrid& thinness) {
+  const Grid &fine = distances.grid, &grid = thinness.grid;
   const auto stride = static_cast<int>(std::lround(grid.cell / fine.cell)),
              margin = static_cast<int>(std::lround((fine.origin.x - grid.origin.x) / grid.cell));
   double bulk = 0;
@@ -103,9 +103,9 @@ float compute_bulk(const DistanceGrid& distances, const DistanceGrid& result) {
     for (int y = 0; y < n.y; y += stride)
       for (int x = 0; x < n.x; x += stride) {
         if (distances.values[array3_index(n, x, y, z)] <= 0) continue;
-        const auto coarse = array3_index(result.grid.points, margin + x / stride,
+        const auto coarse = array3_index(thinness.grid.points, margin + x / stride,
                                          margin + y / stride, margin + z / stride);
-        bulk += 1 - static_cast<double>(result.values[coarse]);
+        bulk += 1 - static_cast<double>(thinness.values[coarse]);
         ++points;
       }
   return points > 0 ? static_cast<float>(bulk / static_cast<double>(points)) : 1;
@@ -128,7 +128,7 @@ DistanceGrid compute_thinness(const DistanceGrid& distances, float size) {
 }
 
 DistanceGrid limit_thinness(DistanceGrid thinness, const DistanceGrid& distances) {
-  const float factor = std::min(2 * compute_bulk(distances, thinness), 1.0f);
+  const float factor = std::min(2 * compute_mean_bulk(distances, thinness), 1.0f);
   for (float& v : thinness.values) v *= factor;
   return thinness;
 }

@@ -6,11 +6,12 @@
 namespace polymorph {
 namespace {
 
-/// The triangles of a leaf as structure of arrays, in single precision. One vectorized pass decides
-/// which of them need a test in double precision.
+/// The triangles of a leaf as structure of arrays, in single precision: arrays are indexed by
+/// coordinate and triangle. One vectorized pass decides which triangles need a test in double
+/// precision.
 struct Leaf {
   static constexpr int kWidth = TriangleBvh::kLeafTriangles;
-  float a[3][kWidth], ab[3][kWidth], ac[3][kWidth];
+  float a[3][kWidth], ab[3][kWidth], ac[3][kWidth];  ///< corner a and the edges from it
   /// Gradients of the barycentric weights: that of b is dot(gradients_b, p - a), that of c
   /// dot(gradients_c, p - a).
   float gradients_b[3][kWidth], gradients_c[3][kWidth];
@@ -36,7 +37,7 @@ struct Leaf {
   /// Returns a mask: bit k is set if, within the accuracy of floats, triangle k is no further from
   /// p than sqrt(limit).
   unsigned candidates(Vec3 p, float limit) const {
-    float min_distance2[kWidth];  // squared distances less a bound of their rounding
+    float min_distance2[kWidth];  // squared distances less 4e-6 (pp + bb + cc) for their rounding
     for (int k = 0; k < kWidth; ++k) {
       const float x = p.x - a[0][k], y = p.y - a[1][k], z = p.z - a[2][k];
       const float bx = ab[0][k], by = ab[1][k], bz = ab[2][k];
@@ -49,7 +50,7 @@ struct Leaf {
         const float rx = x - s * bx - t * cx, ry = y - s * by - t * cy, rz = z - s * bz - t * cz;
         return rx * rx + ry * ry + rz * rz;
       };
-      const auto clamped_ratio = [](float along, float total) {
+      const auto clamped_ratio = [](float along, float total) {  // 1e-37f avoids 0 / 0
         return min(max(along / max(total, 1e-37f), 0.0f), 1.0f);
       };
       const float on_bc = clamped_ratio(pc - pb + bb - bc, bb - 2 * bc + cc);
@@ -142,13 +143,14 @@ std::vector<ClosestPoint> ClosestPointQuery::closest(std::span<const Vec3> from,
                                                      float max_distance) const {
   std::vector<ClosestPoint> hits(from.size());
   // Consecutive points are usually close to each other, so the last hit bounds the next distance.
-  parallel_ranges(
-      static_cast<std::int64_t>(from.size()), 256, [&](std::int64_t begin, std::int64_t end) {
-        for (auto k = static_cast<std::size_t>(begin); k < static_cast<std::size_t>(end); ++k)
-          hits[k] = k > static_cast<std::size_t>(begin)
-                        ? closest(from[k], from[k - 1], hits[k - 1], max_distance)
-                        : closest(from[k], max_distance);
-      });
+  parallel_ranges(static_cast<std::int64_t>(from.size()), /*grain=*/256,
+                  [&](std::int64_t begin, std::int64_t end) {
+                    for (auto k = static_cast<std::size_t>(begin);
+                         k < static_cast<std::size_t>(end); ++k)
+                      hits[k] = k > static_cast<std::size_t>(begin)
+                                    ? closest(from[k], from[k - 1], hits[k - 1], max_distance)
+                                    : closest(from[k], max_distance);
+                  });
   return hits;
 }
 

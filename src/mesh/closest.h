@@ -11,15 +11,15 @@
 
 namespace polymorph {
 
-/// Closest-point query by a hierarchy over a copy of the triangles, which the mesh need not
-/// outlive. Const member functions may be called from many threads at once. A triangle without area
-/// counts as the segment or point to which it degenerates.
+/// Closest-point query by a hierarchy over a copy of the triangles; the mesh may be destroyed
+/// before it. Const member functions may be called from many threads at once. A triangle without
+/// area counts as the segment or point to which it degenerates.
 class ClosestPointQuery {
  public:
   explicit ClosestPointQuery(MeshView mesh);
   ClosestPointQuery(std::span<const Vec3> points, std::span<const Triangle> triangles)
       : ClosestPointQuery(MeshView(points, triangles)) {}
-  /// Builds the query over a subset of the triangles (ascending indices).
+  /// Builds the query over a subset of the triangles (ascending indices of `mesh`, as in results).
   ClosestPointQuery(MeshView mesh, std::span<const std::uint32_t> faces);
   ~ClosestPointQuery();
   ClosestPointQuery(ClosestPointQuery&&) noexcept;
@@ -28,10 +28,10 @@ class ClosestPointQuery {
   /// Finds the closest point no further than `max_distance`; of several equally close ones, that on
   /// the triangle of lowest index. Two cases are approximate: where thousands of triangles are long
   /// (build_split_bvh()), the distance exceeds the smallest by at most a ten-thousandth; where
-  /// list_representative_triangles() keeps only some of the triangles, the point is the closest on
-  /// those. If no point is found (no triangles, all further away, a NaN in `from`): point = from,
-  /// distance = max_distance, triangle = kNoTriangle. A small `max_distance` is much faster where
-  /// most points are far from the mesh.
+  /// list_representative_triangles() (vertex_clustering.h) keeps only some of the triangles, the
+  /// point is the closest on those. If no point is found (no triangles, all further away, a NaN in
+  /// `from`): point = from, distance = max_distance, triangle = kNoTriangle. A small `max_distance`
+  /// is much faster where most points are far from the mesh.
   ClosestPoint closest(Vec3 from,
                        float max_distance = std::numeric_limits<float>::infinity()) const;
   /// Finds the closest point, faster if `neighbour_hit` is the closest point of `neighbour`, a
@@ -51,7 +51,7 @@ class ClosestPointQuery {
   std::unique_ptr<Tree> tree_;
 };
 
-/// Barycentric weights of a closest point in its triangle.
+/// Barycentric weights of a closest point in its triangle, which must not be kNoTriangle.
 TriangleWeights weights_at(MeshView mesh, const ClosestPoint& hit);
 
 /// Interpolates values that are given per vertex.

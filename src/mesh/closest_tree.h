@@ -12,14 +12,15 @@
 
 namespace polymorph {
 
+/// Result of ClosestPointQuery::closest() (mesh/closest.h).
 struct ClosestPoint {
   static constexpr std::uint32_t kNoTriangle = 0xffffffffu;
   Vec3 point;
   float distance = std::numeric_limits<float>::infinity();
-  std::uint32_t triangle = kNoTriangle;
+  std::uint32_t triangle = kNoTriangle;  ///< kNoTriangle: no point was found
 };
 
-/// Barycentric weights of a point in a triangle (each >= 0, sum 1).
+/// Barycentric weights of a point in a triangle with corners a, b and c (each >= 0, sum 1).
 struct TriangleWeights {
   double a = 1, b = 0, c = 0;
 };
@@ -27,7 +28,7 @@ struct TriangleWeights {
 /// Parameter in [0, 1] of the point of an edge that is closest to p. `along`: dot product of the
 /// edge vector and p - start; `length2`: squared length of the edge.
 PM_HD inline double edge_parameter(double along, double length2) {
-  if (!(length2 > 0)) return 0;
+  if (!(length2 > 0)) return 0;  // the edge is a point
   const double t = along / length2;
   return t < 0 ? 0 : t > 1 ? 1 : t;
 }
@@ -39,7 +40,7 @@ PM_HD inline TriangleWeights weights_on_edges(Vec3d ap, Vec3d ab, Vec3d ac) {
   const double t = edge_parameter(dot(ab, ap), dot(ab, ab)),
                u = edge_parameter(dot(ac, ap), dot(ac, ac)),
                v = edge_parameter(dot(bc, bp), dot(bc, bc));
-  const Vec3d rt = ap - ab * t, ru = ap - ac * u, rv = bp - bc * v;
+  const Vec3d rt = ap - ab * t, ru = ap - ac * u, rv = bp - bc * v;  // edges to p
   const double dt = dot(rt, rt), du = dot(ru, ru), dv = dot(rv, rv);
   if (dt <= du && dt <= dv) return {1 - t, t, 0};
   if (du <= dv) return {1 - u, 0, u};
@@ -47,8 +48,9 @@ PM_HD inline TriangleWeights weights_on_edges(Vec3d ap, Vec3d ab, Vec3d ac) {
 }
 
 /// Weights of the closest point on a triangle, by the Voronoi regions of its corners, edges and
-/// face (Ericson, Real-Time Collision Detection, 5.1.5). Needs double precision: with floats, the
-/// result for a point far from a small triangle is an arbitrary point of the triangle.
+/// face (Ericson, Real-Time Collision Detection, 5.1.5, whose names d1 to d6, va, vb and vc are
+/// used). Needs double precision: with floats, the result for a point far from a small triangle is
+/// an arbitrary point of the triangle.
 PM_HD inline TriangleWeights weights_on_triangle(Vec3d ap, Vec3d ab, Vec3d ac) {
   const double d1 = dot(ab, ap), d2 = dot(ac, ap);
   if (d1 <= 0 && d2 <= 0) return {1, 0, 0};
@@ -115,14 +117,14 @@ PM_HD ClosestPoint find_closest(const TriangleBvhView& bvh, Vec3 from, float max
   const double slack = bvh.is_split ? 1 - 1e-4 : 1 + 1e-6;
   Entry stack[TriangleBvh::kStackSize];
   int stack_size = 0;
-  if (!bvh.nodes.empty()) stack[stack_size++] = {0, 0, 0};
+  if (!bvh.nodes.empty()) stack[stack_size++] = {0, 0, 0};  // the root
   while (stack_size > 0) {
     const Entry entry = stack[--stack_size];
     const auto limit = static_cast<float>(best2 * slack);
     if (entry.distance2 > limit) continue;
     if (entry.count > 0) {  // a leaf
       unsigned leaf_mask = candidates(entry.child, limit) & ((1u << entry.count) - 1);
-      for (; leaf_mask != 0; leaf_mask &= leaf_mask - 1) {
+      for (; leaf_mask != 0; leaf_mask &= leaf_mask - 1) {  // clears the lowest bit
         const std::uint32_t slot = entry.child + static_cast<std::uint32_t>(countr_zero(leaf_mask));
         const TriangleBvh::Corners& corners = bvh.corners[slot];
         const Vec3d a(corners.p[0]), ap = Vec3d(from) - a, ab = Vec3d(corners.p[1]) - a,
@@ -140,7 +142,7 @@ PM_HD ClosestPoint find_closest(const TriangleBvhView& bvh, Vec3 from, float max
       continue;
     }
     const TriangleBvh::Node& node = bvh.nodes[entry.child];
-    float distance2[TriangleBvh::kWidth];
+    float distance2[TriangleBvh::kWidth];  // squared distances to the boxes of the children
     for (int k = 0; k < TriangleBvh::kWidth; ++k) {
       const float x = max(max(node.low[0][k] - from.x, from.x - node.high[0][k]), 0.0f);
       const float y = max(max(node.low[1][k] - from.y, from.y - node.high[1][k]), 0.0f);
@@ -175,13 +177,13 @@ PM_HD ClosestPoint find_closest_near(const TriangleBvhView& bvh, Vec3 from, Vec3
                                      const Candidates& candidates) {
   // The neighbour's closest point bounds the distance. A split hierarchy cannot use the bound: it
   // may return any of several equally close points, and the bound would change which one.
-  constexpr float kRounding = 1.0001f;
+  constexpr float kRounding = 1.0001f;  // exceeds the relative rounding of the bounds
   if (bvh.is_split || neighbour_hit.triangle == ClosestPoint::kNoTriangle)
     return find_closest(bvh, from, max_distance, candidates);
   ClosestPoint hit = find_closest(
       bvh, from, min(max_distance, kRounding * length(from - neighbour_hit.point)), candidates);
   // The neighbour's closest point is rounded, so next to the surface it may be closer to `from`
-  // than any triangle.
+  // than any triangle. The bound by the triangle inequality is wider.
   if (hit.triangle == ClosestPoint::kNoTriangle)
     hit = find_closest(
         bvh, from,

@@ -24,7 +24,8 @@ DisjointSets connect_vertices(const Mesh& mesh) {
 /// A mesh's connected components, each represented by its first vertex.
 struct Components {
   DisjointSets sets;
-  std::vector<double> volume;  ///< signed volume x 6 at each component's first vertex; else 0
+  /// Per vertex: six times the signed volume of the component whose first vertex it is; else 0.
+  std::vector<double> volume;
 
   explicit Components(const Mesh& mesh)
       : sets(connect_vertices(mesh)), volume(mesh.positions.size(), 0.0) {
@@ -66,15 +67,15 @@ double smallest_component_share(const Mesh& mesh) {
   return total > 0 ? std::min(smallest / total, 1.0) : 0;
 }
 
-std::size_t remove_small_components(Mesh& mesh, double fraction, ManyComponentsLimit heap) {
+std::size_t remove_small_components(Mesh& mesh, double fraction, ManyComponentsLimit limit) {
   if (mesh.triangles.empty() || !(fraction > 0)) return 0;
   Components components(mesh);
   const std::vector<double>& volume = components.volume;
   const double total = components.total();
   double largest = 0;
   for (const double v : volume) largest = std::max(largest, std::abs(v));
-  if (components.small_share(fraction) > heap.share) fraction = heap.fraction;
-  const double min_volume = std::min(fraction * total, largest);
+  if (components.small_share(fraction) > limit.share) fraction = limit.fraction;
+  const double min_volume = std::min(fraction * total, largest);  // the largest always stays
   std::vector<std::uint8_t> is_kept(mesh.positions.size(), 0);
   std::size_t removed = 0;
   for (std::uint32_t i = 0; i < mesh.positions.size(); ++i) {

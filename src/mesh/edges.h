@@ -34,12 +34,12 @@ void for_each_edge(const std::vector<EdgeUse>& uses, const F& f) {
   }
 }
 
-/// Finds the triangle across each side k of each triangle (from corner k to corner k + 1 mod 3). It
-/// is the triangle itself if the edge does not have exactly two triangles.
+/// Finds, as v[k] of each result, the triangle across side k (from corner k to corner k + 1 mod 3)
+/// of the triangle. It is the triangle itself if the edge does not have exactly two triangles.
 std::vector<Triangle> find_neighbours(std::span<const Triangle> triangles);
 
-/// Counts the fans of triangles around each of `points` points: two corners at a point belong to
-/// one fan if their triangles share an edge there. `uses`: sorted_edge_uses(triangles).
+/// Counts the fans of triangles around each of the `points` points: two corners at a point belong
+/// to one fan if their triangles share an edge there. `uses`: sorted_edge_uses(triangles).
 std::vector<std::uint32_t> count_fans(std::size_t points, std::span<const Triangle> triangles,
                                       const std::vector<EdgeUse>& uses);
 

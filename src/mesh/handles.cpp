@@ -79,8 +79,9 @@ class Homology {
   }
 
   /// Builds a spanning tree of the triangles across sides that the vertex tree does not use. 2 g
-  /// sides remain: each closes a loop of triangles, and a loop of vertices bounds a region of the
-  /// surface if it crosses each of these loops an even number of times.
+  /// edges remain in neither tree: each closes a loop of triangles, and a loop of sides bounds a
+  /// region of the surface if it crosses each of these loops an even number of times. Sets the bits
+  /// of each side, one per loop of triangles that crosses it.
   void span_triangles(std::vector<std::uint8_t>& in_tree) {
     const std::size_t count = mesh_.triangles.size();
     // The side of the parent across which each triangle was reached.
@@ -101,7 +102,8 @@ class Homology {
           queue.push_back(next);
         }
     }
-    // Bits of the loops that have exactly one end in the subtree below each triangle.
+    // A loop of triangles crosses the side above a subtree if exactly one of its ends lies in it.
+    // The reversed queue has children before their parents.
     std::vector<std::uint64_t> subtree_bits(count, 0);
     std::uint64_t bit = 1;
     for (std::uint32_t side = 0; side < in_tree.size() && bit != 0; ++side) {
@@ -170,7 +172,7 @@ class LoopSearch {
       const float distance = queue.top().first;
       const std::uint32_t u = queue.top().second;
       queue.pop();
-      if (2 * distance >= best_) break;
+      if (2 * distance >= best_) break;  // loops found from here on are not shorter
       if (distance > labels_[u].distance) continue;
       homology_.for_sides(u, [&](std::uint32_t side) {
         const std::uint32_t w = homology_.to(side);
@@ -215,17 +217,16 @@ class LoopSearch {
   std::vector<Label> labels_;
   std::vector<std::uint8_t> finished_;  ///< per vertex: all loops through it have been tried
   std::vector<std::uint32_t> touched_;  ///< vertices whose labels are set
-  float best_;  ///< length of the shortest loop found, at first `max_length`
+  float best_;                          ///< length of loop_; at first `max_length`
   std::int64_t& steps_;
-  Loop loop_;
+  Loop loop_;  ///< the shortest loop found; empty: none yet
 };
 
 /// Cuts the surface along the loop and closes both sides by fans. The triangles to the right of the
 /// loop keep its vertices; those to the left get copies of them.
 void cut(Mesh& mesh, const Homology& homology, const Loop& loop) {
-  // Corners and their new vertices.
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> reassigned;
-  std::vector<std::uint32_t> right, left;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> reassigned;  // corners, their new vertices
+  std::vector<std::uint32_t> right, left;  // vertices of the two boundaries, along the loop
   Vec3 center;
   for (std::size_t i = 0; i < loop.size(); ++i) {
     const std::uint32_t v = homology.from(loop[i]);
@@ -247,7 +248,7 @@ void cut(Mesh& mesh, const Homology& homology, const Loop& loop) {
   for (const auto& [corner, vertex] : reassigned) mesh.triangles[corner / 3].v[corner % 3] = vertex;
   std::vector<std::uint32_t> changed = right;
   changed.insert(changed.end(), left.begin(), left.end());
-  std::reverse(left.begin(), left.end());
+  std::reverse(left.begin(), left.end());  // caps run against the adjacent triangles' sides
   for (const std::vector<std::uint32_t>* boundary : {&right, &left}) {
     const auto center_vertex = static_cast<std::uint32_t>(mesh.positions.size());
     mesh.positions.push_back(center);

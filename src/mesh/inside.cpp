@@ -28,8 +28,9 @@ constexpr std::uint32_t kMaxDigits = 20, kMaxMultiplicity = (1u << kMaxDigits) -
 struct Node {
   Vec3d center;              ///< area-weighted centroid
   double far_distance2 = 0;  ///< (beta * radius)^2
-  Vec3d dipole;              ///< sum of area vectors
-  /// Components xx, yy, zz and yz, zx, xy of the symmetrized second moment of the area vectors.
+  Vec3d dipole;              ///< sum of area vectors n, times their multiplicities
+  /// Moment of the area vectors: with M the sum of n m^T, m a triangle's centroid less `center`,
+  /// components xx, yy, zz of M and yz, zx, xy of M + M^T.
   Vec3d diagonal, off_diagonal;
   Vec3d low, high;                     ///< box
   std::uint32_t first = 0, count = 0;  ///< range of Tree::triangles, if count > 0
@@ -75,6 +76,7 @@ struct InsideTest::Tree {
   /// Adds the node's triangles to `leaves` and `masks`.
   void add_leaf(Node& node, std::span<const std::uint32_t> order, MeshView mesh);
   double winding(Vec3 point) const;
+  /// Tests whether the ray from q along +z, in the frame, crosses an odd number of triangles.
   bool parity(Vec3d q) const;
   bool ray_crosses(const Triangle& t, Vec3d q) const;
 };
@@ -114,6 +116,7 @@ void InsideTest::Tree::compute_moments(Node& node, std::span<const std::uint32_t
   }
   node.center = area > 0 ? weighted_sum * (1 / area)
                          : centroid_sum * (1.0 / static_cast<double>(order.size()));
+  // Radius and moments about the centre.
   double radius2 = 0;
   for (const std::uint32_t t : order) {
     const auto& v = mesh.triangles[t].v;
@@ -200,8 +203,8 @@ double InsideTest::Tree::winding(Vec3 point) const {
       // models.
       const Vec3d squares(r.x * r.x, r.y * r.y, r.z * r.z), mixed(r.y * r.z, r.z * r.x, r.x * r.y);
       const double trace = node.diagonal.x + node.diagonal.y + node.diagonal.z;
-      const double second = dot(node.diagonal, squares) + dot(node.off_diagonal, mixed);
-      far_sum += (dot(r, node.dipole) + trace - 3 * second / r2) / (r2 * std::sqrt(r2));
+      const double r_moment_r = dot(node.diagonal, squares) + dot(node.off_diagonal, mixed);
+      far_sum += (dot(r, node.dipole) + trace - 3 * r_moment_r / r2) / (r2 * std::sqrt(r2));
       i = node.skip;
       continue;
     }
@@ -218,12 +221,14 @@ double InsideTest::Tree::winding(Vec3 point) const {
   double sum = near.sum();
   for (std::uint32_t digit = 1; digit < digits; ++digit)
     sum += std::ldexp((*digit_sums)[digit].sum(), static_cast<int>(digit));
+  // `sum` is of half solid angles, far_sum of solid angles.
   return sum / (2 * std::numbers::pi) + far_sum / (4 * std::numbers::pi);
 }
 
-// Tests the triangle in the projection along the ray. Each edge is evaluated in one direction only
-// (from its lower point index) and is half-open in y, so a point on the common edge of two
-// triangles lies in exactly one of them: no crossing at an edge or corner is counted twice or lost.
+// Tests first whether q lies in the triangle's projection along the ray (+z). Each edge is
+// evaluated in one direction only (from its lower point index) and is half-open in y, so a point on
+// the common edge of two triangles lies in exactly one of them: no crossing at an edge or corner is
+// counted twice or lost.
 bool InsideTest::Tree::ray_crosses(const Triangle& t, Vec3d q) const {
   bool is_in_projection = false;
   for (int k = 0; k < 3; ++k) {
@@ -265,8 +270,8 @@ InsideTest::InsideTest(MeshView mesh, InsideRule rule)
     tree_->scale = size > 0 ? 1 / size : 1;
   }
   if (rule == InsideRule::kParity) {
-    // The ray is oblique to the axes and diagonals along which modelled shapes and our sample
-    // lattice lie.
+    // The ray (1 / pi, golden ratio - 1, sqrt(1/2)) is oblique to the axes and diagonals along
+    // which modelled shapes and our sample lattice lie.
     const Vec3d ray = normalized(Vec3d(0.3183098862, 0.6180339887, 0.7071067812));
     const Vec3d u = normalized(cross(Vec3d(0, 0, 1), ray));
     tree_->axis = {u, cross(ray, u), ray};
@@ -299,7 +304,7 @@ std::vector<std::uint8_t> InsideTest::inside(std::span<const Vec3> points) const
         const auto k = static_cast<std::size_t>(i);
         are_inside[k] = inside(points[k]) ? 1 : 0;
       },
-      256);
+      /*grain=*/256);
   return are_inside;
 }
 

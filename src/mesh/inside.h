@@ -19,8 +19,8 @@ enum class InsideRule : std::uint8_t {
   kParity,
 };
 
-/// Inside test by a hierarchy over a copy of the triangles, which the model need not outlive. Const
-/// member functions may be called from many threads at once.
+/// Inside test by a hierarchy over a copy of the triangles; the model may be destroyed before it.
+/// Const member functions may be called from many threads at once.
 class InsideTest {
  public:
   explicit InsideTest(MeshView mesh, InsideRule rule = InsideRule::kWinding);

@@ -81,8 +81,8 @@ MeshReport check_mesh(const Mesh& mesh) {
     const float doubled_area = length(area_normal(mesh.positions, t));
     report.area += 0.5 * doubled_area;
     if (doubled_area <= 0) ++report.degenerate_triangles;
-    for (int k = 0; k < 3; ++k)
-      if (t.v[k] == t.v[(k + 1) % 3]) ++edge_count, ++report.open_edges;  // no EdgeUse
+    for (int k = 0; k < 3; ++k)  // sides of length 0, which `uses` leaves out
+      if (t.v[k] == t.v[(k + 1) % 3]) ++edge_count, ++report.open_edges;
   }
   report.components = count_components(mesh);
   report.euler = static_cast<long long>(report.vertices) - static_cast<long long>(edge_count) +

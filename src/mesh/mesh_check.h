@@ -13,12 +13,12 @@ struct MeshReport {
   std::size_t open_edges = 0;        ///< edges without exactly two triangles
   std::size_t flipped_edges = 0;     ///< edges that two triangles traverse in the same direction
   std::size_t pinched_vertices = 0;  ///< vertices whose triangles form more than one fan
-  std::size_t degenerate_triangles = 0;
+  std::size_t degenerate_triangles = 0;  ///< triangles without area
   std::size_t components = 0;
   long long euler = 0;  ///< V - E + F
-  long long genus = 0;  ///< components - euler / 2, for a closed mesh
+  long long genus = 0;  ///< components - euler / 2: the number of handles if the mesh is closed
   double volume = 0, area = 0;
-  std::string digest;  ///< hash of positions, normals and indices
+  std::string digest;  ///< mesh_digest()
   bool is_closed() const { return open_edges == 0 && flipped_edges == 0; }
   bool is_manifold() const { return is_closed() && pinched_vertices == 0; }
 };
@@ -26,7 +26,7 @@ struct MeshReport {
 /// Counts a mesh's defects and measures it.
 MeshReport check_mesh(const Mesh& mesh);
 
-/// Signed volume enclosed by a closed mesh, and its area.
+/// Volume enclosed by a closed mesh (positive when oriented outward), and its area.
 double volume_of(const Mesh& mesh);
 double area_of(const Mesh& mesh);
 /// Estimates the volume between the facets and a smooth surface through their vertices with the

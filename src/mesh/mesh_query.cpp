@@ -32,7 +32,7 @@ std::vector<ClosestPoint> MeshQuery::closest(std::span<const Vec3> from,
         hits[i] = closest(from[i], hints[i]);
         hints[i] = hits[i].triangle;
       },
-      256);
+      /*grain=*/256);
   return hits;
 }
 

@@ -21,7 +21,8 @@ struct MeshQuery {
   /// kNoTriangle. It affects only the time, except where tree.closest() may return any of several
   /// nearly closest triangles.
   ClosestPoint closest(Vec3 from, std::uint32_t hint) const;
-  /// Calls closest() for each point, in parallel, and sets `hints` to the triangles found.
+  /// Calls closest() for each point with its hint, in parallel, and sets the hints to the triangles
+  /// found. Points beyond the end of `hints` have no hint.
   std::vector<ClosestPoint> closest(std::span<const Vec3> from,
                                     std::vector<std::uint32_t>& hints) const;
 };

@@ -56,10 +56,10 @@ class CornerTree {
     removed_[rank] = 1;
   }
 
-  /// Tests whether a corner lies in the triangle a, b, c or on its outline, except at the positions
-  /// of a, b and c: bridges of polygons with holes visit a point twice, and the second visit does
-  /// not block an ear. Adds the number of steps to `work`.
-  bool any_within(Point2 a, Point2 b, Point2 c, std::size_t& work) const {
+  /// Tests whether the triangle a, b, c contains a corner, also on its outline, but not at the
+  /// positions of a, b and c: bridges of polygons with holes visit a point twice, and the second
+  /// visit does not block an ear. Adds the number of steps to `work`.
+  bool contains_corner(Point2 a, Point2 b, Point2 c, std::size_t& work) const {
     std::array<std::uint32_t, 64> stack;  // twice the depth that 2^32 corners need
     std::size_t stack_size = 0;
     stack[stack_size++] = 0;
@@ -105,7 +105,7 @@ class CornerTree {
   }
 
   void build(std::size_t begin, std::size_t end) {
-    constexpr std::size_t kLeaf = 8;
+    constexpr std::size_t kMaxLeafCorners = 8;
     Node node;
     node.begin = static_cast<std::uint32_t>(begin);
     node.end = static_cast<std::uint32_t>(end);
@@ -118,7 +118,7 @@ class CornerTree {
     }
     const std::size_t index = nodes_.size();
     nodes_.push_back(node);
-    if (end - begin <= kLeaf) return;
+    if (end - begin <= kMaxLeafCorners) return;
     const bool is_wide = node.high.x - node.low.x > node.high.y - node.low.y;
     const std::size_t middle = begin + (end - begin) / 2;
     const auto at = [&](std::size_t i) { return order_.begin() + static_cast<std::ptrdiff_t>(i); };
@@ -154,12 +154,12 @@ class EarClipper {
 
   /// Appends the triangles; returns false if the outline crosses itself.
   bool clip(std::vector<std::array<std::uint32_t, 3>>& triangles) {
-    // Simple outlines stay far below the limit. Without it, outlines that cross themselves
-    // everywhere would need more steps than the square of the number of corners.
+    // Simple outlines stay far below this limit of steps. Without it, outlines that cross
+    // themselves everywhere would need more steps than the square of the number of corners.
     constexpr std::size_t kMinSteps = 4096;
     std::size_t work_limit = kMinSteps + 2048 * points_.size();
     bool simple = true;
-    std::vector<std::uint8_t> ears(points_.size());
+    std::vector<std::uint8_t> ears(points_.size());  // per corner: 1 if it was an ear when tested
     for (std::uint32_t i = 0; i < ears.size(); ++i) ears[i] = is_ear(i);
     std::uint32_t corner = 1;
     for (std::size_t remaining = points_.size(); remaining > 3; --remaining) {
@@ -167,7 +167,7 @@ class EarClipper {
         corner = find_next_ear(corner, remaining, ears);
         if (!ears[corner]) {
           // No ear is left: the outline crosses itself, or its corners are collinear. Clip the
-          // most convex corner.
+          // most convex corner. After the first crossing, a smaller limit applies.
           if (simple && !all_collinear(corner, remaining)) {
             simple = false;
             work_limit = std::min(work_limit, work_ + kMinSteps + 64 * points_.size());
@@ -200,9 +200,10 @@ class EarClipper {
   bool is_ear(std::uint32_t i) {
     ++work_;
     return signed_area_at(i) > slack_ &&
-           !corners_.any_within(points_[previous_[i]], points_[i], points_[next_[i]], work_);
+           !corners_.contains_corner(points_[previous_[i]], points_[i], points_[next_[i]], work_);
   }
-  /// Finds the next ear from `corner` on; returns any corner if there is none.
+  /// Finds the next ear from `corner` on; returns any corner if there is none. `remaining`, here
+  /// and below: number of corners not yet clipped.
   std::uint32_t find_next_ear(std::uint32_t corner, std::size_t remaining,
                               std::vector<std::uint8_t>& ears) {
     for (std::size_t k = 0; k < remaining && !ears[corner]; ++k, ++work_) corner = next_[corner];

@@ -53,12 +53,13 @@ std::vector<SurfaceSample> sample_surface(MeshView mesh, std::size_t count, std:
     const Vec3d n = area_vectors[i] * (1 / weight);
     const Vec3 normal{static_cast<float>(n.x), static_cast<float>(n.y), static_cast<float>(n.z)};
     for (; next < count; ++next) {
-      const double jitter = static_cast<double>(random_float(seed, 0, next));
+      // The sample stands at a random place of its stratum of the cumulative area.
+      const double jitter = static_cast<double>(random_float(seed, /*stream=*/0, next));
       if ((static_cast<double>(next) + jitter) / static_cast<double>(count) * area >
           cumulative_area)
         break;
       // Reflect points of the unit square into the triangle s + t <= 1.
-      float s = random_float(seed, 1, next), t = random_float(seed, 2, next);
+      float s = random_float(seed, /*stream=*/1, next), t = random_float(seed, /*stream=*/2, next);
       if (s + t > 1) s = 1 - s, t = 1 - t;
       samples.push_back({a + (b - a) * s + (c - a) * t, normal, order[i]});
     }

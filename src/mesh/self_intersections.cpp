@@ -23,6 +23,7 @@ bool pierces(const Vec3d (&s)[3], const double (&sides)[3], const Vec3d (&t)[3])
   for (int k = 0; k < 3; ++k) {
     const int next = (k + 1) % 3;
     if (!(sides[k] * sides[next] < 0)) continue;
+    // The edge's line passes through t if all edges of t run around it in the same direction.
     const double x = signed_volume(s[k], s[next], t[0], t[1]),
                  y = signed_volume(s[k], s[next], t[1], t[2]),
                  z = signed_volume(s[k], s[next], t[2], t[0]);
@@ -31,7 +32,7 @@ bool pierces(const Vec3d (&s)[3], const double (&sides)[3], const Vec3d (&t)[3])
   return false;
 }
 
-bool have_common_point(const Triangle& a, const Triangle& b) {
+bool have_common_corner(const Triangle& a, const Triangle& b) {
   for (const std::uint32_t i : a.v)
     for (const std::uint32_t j : b.v)
       if (i == j) return true;
@@ -63,7 +64,7 @@ bool boxes_touch(const Box& box, const TriangleBvh::Corners& c) {
 
 /// Triangles that cross one triangle.
 struct Crossings {
-  std::vector<std::uint32_t> triangles;  ///< higher indices only, ascending
+  std::vector<std::uint32_t> triangles;  ///< ascending; only those of higher index
   std::size_t work = 0;                  ///< steps: one per box, kPairWork per pair
 };
 constexpr std::size_t kPairWork = 16;
@@ -93,7 +94,7 @@ Crossings find_crossings(MeshView mesh, const TriangleBvh& bvh, std::uint32_t t,
       for (std::uint32_t slot = node.child[k]; slot < node.child[k] + node.count[k]; ++slot) {
         const std::uint32_t other = bvh.triangles[slot];
         if (other <= t || !boxes_touch(box, bvh.corners[slot]) ||
-            have_common_point(triangle, mesh.triangles[other]))
+            have_common_corner(triangle, mesh.triangles[other]))
           continue;
         result.work += kPairWork;
         if (cross_properly(mesh, triangle, mesh.triangles[other])) crossing.push_back(other);
@@ -122,7 +123,7 @@ SelfIntersections count_self_intersections(MeshView mesh, const TriangleBvh& bvh
           crossings[k] =
               find_crossings(mesh, bvh, static_cast<std::uint32_t>(begin + k), max_pairs);
         },
-        16);
+        /*grain=*/16);
     for (std::size_t k = 0; k < count && !result.stopped; ++k) {
       work_left -= std::min(work_left, crossings[k].work);
       result.crowded = result.crowded || crossings[k].work >= SelfIntersections::kMaxWork;

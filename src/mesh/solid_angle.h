@@ -27,8 +27,8 @@ inline HalfAngle half_solid_angle(Vec3d a, Vec3d b, Vec3d c) {
 class AngleSums {
  public:
   static constexpr int kLanes = 8;
-  /// Corners of eight triangles, indexed by coordinate (9) and triangle; unused lanes repeat one
-  /// point.
+  /// Corners of eight triangles: corner[3 * i + axis][k] is a coordinate of corner i of triangle k.
+  /// Unused lanes repeat one point.
   struct Triangles {
     float corner[9][kLanes];
   };

@@ -14,7 +14,7 @@
 namespace polymorph {
 namespace {
 
-constexpr double kManyBalls = 1500;  // walls that take more balls are thin
+constexpr double kManyBalls = 1500;  // walls that need more balls are thin
 // Maximum number of triangles tested per ray, reached only where many faces coincide.
 constexpr std::size_t kMaxTests = 16384;
 
@@ -32,9 +32,9 @@ double intersect(Vec3d origin, Vec3d direction, const TriangleBvh::Corners& c) {
 }
 
 struct Hit {
-  double distance = INFINITY;
-  double cosine = -1;  ///< between the ray and the face normal; positive where the ray leaves
-  Vec3d normal;        ///< unit normal of the face
+  double distance = INFINITY;  ///< infinite: no hit
+  double cosine = -1;          ///< ray and face normal; positive where the ray leaves the solid
+  Vec3d normal;                ///< unit normal of the face
 };
 
 /// Finds the nearest hit beyond `min_distance` that is not on triangle `self`. Returns no hit if
@@ -60,12 +60,12 @@ Hit first_hit(const TriangleBvh& bvh, Vec3d origin, Vec3d direction, double min_
     const int bottom = stack_size;
     for (int k = 0; k < TriangleBvh::kWidth; ++k) {
       if (node.child[k] == TriangleBvh::kNone) continue;
-      double enter = min_distance, leave = hit.distance;
+      double enter = min_distance, leave = hit.distance;  // the ray's interval in the box
       for (int axis = 0; axis < 3; ++axis) {
         const double low = static_cast<double>(node.low[axis][k]) - o[axis],
                      high = static_cast<double>(node.high[axis][k]) - o[axis];
         if (d[axis] == 0) {
-          if (low > 0 || high < 0) leave = -1;
+          if (low > 0 || high < 0) leave = -1;  // the ray misses the box
           continue;
         }
         const double x = low / d[axis], y = high / d[axis];
@@ -108,7 +108,7 @@ std::vector<Hit> intersect_inward(MeshView mesh, const TriangleBvh& bvh,
         hits[k] = first_hit(bvh, Vec3d(samples[k].point), Vec3d(samples[k].normal) * -1,
                             min_distance, samples[k].triangle);
       },
-      64);
+      /*grain=*/64);
   return hits;
 }
 
@@ -229,7 +229,7 @@ std::vector<Vec3> find_thin_wall_midpoints(MeshView mesh, const TriangleBvh& bvh
         midpoint_of_sample[k] =
             find_wall_midpoint(bvh, samples[k], hits[k], max_thickness, min_cosine);
       },
-      64);
+      /*grain=*/64);
   std::vector<Vec3> middles;
   for (const std::optional<Vec3>& middle : midpoint_of_sample)
     if (middle) middles.push_back(*middle);

@@ -19,7 +19,7 @@ struct Thickness {
   double median = 0;     ///< median: the wall thickness of a shell
   double high = 0;       ///< 95th percentile
   double open = 0;       ///< fraction of the area without an opposite wall
-  double balls = 0;      ///< area / median^2: roughly the number of balls that the walls take
+  double balls = 0;      ///< area / median^2: roughly the number of balls that represent the walls
   std::size_t rays = 0;  ///< rays that hit a wall; if 0, the lengths are 0
 };
 
@@ -40,7 +40,7 @@ std::vector<double> measure_wall_thicknesses(MeshView mesh, const TriangleBvh& b
 std::vector<Vec3> find_thin_wall_midpoints(MeshView mesh, const TriangleBvh& bvh, double spacing,
                                            double max_thickness, double min_cosine);
 
-/// Tests whether the walls would take more than 1500 balls, several times the usual number.
+/// Tests whether the walls need more than 1500 balls, several times the usual number.
 bool is_thin(const Thickness& thickness);
 
 }  // namespace polymorph

@@ -20,7 +20,7 @@ struct Piece {
 };
 
 /// Builds a hierarchy over items: the pieces of split triangles or, if there are none, the
-/// triangles.
+/// triangles. Ranges are lists of item indices.
 struct Builder {
   std::span<const Vec3> points;
   std::span<const Triangle> triangles;
@@ -31,11 +31,11 @@ struct Builder {
 
   Box box_of_range(std::span<const std::uint32_t> range) const {
     Box box;
-    for (const std::uint32_t t : range) {
+    for (const std::uint32_t i : range) {
       if (!pieces.empty())
-        box = unite(box, pieces[t].box);
+        box = unite(box, pieces[i].box);
       else
-        for (const std::uint32_t v : triangles[t].v) box = extend(box, points[v]);
+        for (const std::uint32_t v : triangles[i].v) box = extend(box, points[v]);
     }
     return box;
   }
@@ -44,10 +44,10 @@ struct Builder {
   /// Returns the size of the first half.
   std::size_t halve(std::span<std::uint32_t> range) const {
     Box bounds;
-    for (const std::uint32_t t : range) bounds = extend(bounds, centers[t]);
+    for (const std::uint32_t i : range) bounds = extend(bounds, centers[i]);
     const Vec3 size = bounds.size();
-    const auto along = [&](std::uint32_t t) {
-      const Vec3& c = centers[t];
+    const auto along = [&](std::uint32_t i) {
+      const Vec3& c = centers[i];
       return size.x >= size.y && size.x >= size.z ? c.x : size.y >= size.z ? c.y : c.z;
     };
     const std::size_t half = range.size() / 2;
@@ -97,10 +97,10 @@ struct Builder {
         node.low[axis][k] = low[axis];
         node.high[axis][k] = high[axis];
       }
-      const bool leaf = ranges[k].size() <= kLeafTriangles;
-      node.count[k] = leaf ? static_cast<std::uint32_t>(ranges[k].size()) : 0;
+      const bool is_leaf = ranges[k].size() <= kLeafTriangles;
+      node.count[k] = is_leaf ? static_cast<std::uint32_t>(ranges[k].size()) : 0;
       node.child[k] = ranges[k].empty() ? TriangleBvh::kNone
-                      : leaf            ? add_leaf(ranges[k])
+                      : is_leaf         ? add_leaf(ranges[k])
                                         : add_node(ranges[k]);
     }
     bvh.nodes[self] = node;
@@ -146,16 +146,16 @@ void split(const Polygon& polygon, std::uint32_t triangle, double max_size, floa
     return;
   }
   const double middle = coordinate(low + size * 0.5, axis);
-  split(clip(polygon, axis, middle, false), triangle, max_size, slack, pieces);
-  split(clip(polygon, axis, middle, true), triangle, max_size, slack, pieces);
+  split(clip(polygon, axis, middle, /*keep_above=*/false), triangle, max_size, slack, pieces);
+  split(clip(polygon, axis, middle, /*keep_above=*/true), triangle, max_size, slack, pieces);
 }
 
 /// Splits the triangles into pieces if many of them are long, or fewer whose boxes overlap heavily
 /// (build_split_bvh()). Otherwise returns no pieces.
 std::vector<Piece> split_long_triangles(std::span<const Vec3> points,
                                         std::span<const Triangle> triangles) {
-  constexpr double kLong = 1.0 / 16, kPiece = 1.0 / 64;  // fractions of the diagonal
-  constexpr std::size_t kSomeLong = 1024, kManyLong = 4096;
+  constexpr double kLong = 1.0 / 16, kPiece = 1.0 / 64;      // fractions of the diagonal
+  constexpr std::size_t kSomeLong = 1024, kManyLong = 4096;  // numbers of long triangles
   constexpr double kCrowded = 16;  // mean number of long triangles' boxes that a point lies in
   constexpr double kMaxPieces = 1 << 19;  // in addition to one per triangle
   if (triangles.size() <= kSomeLong) return {};
@@ -166,8 +166,8 @@ std::vector<Piece> split_long_triangles(std::span<const Vec3> points,
     const Vec3d size = Vec3d(b.size()) + Vec3d(1, 1, 1) * (kPiece * diagonal);
     return size.x * size.y * size.z;
   };
-  double volume_sum = 0;
-  struct Size {  // of a long triangle
+  double volume_sum = 0;  // of the long triangles' boxes
+  struct Size {           // of a long triangle
     double length, height;
   };
   std::vector<Size> sizes;

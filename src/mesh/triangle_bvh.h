@@ -25,7 +25,7 @@ struct TriangleBvh {
   struct Node {
     float low[3][kWidth], high[3][kWidth];
     std::uint32_t child[kWidth];  ///< index of the child node, or first slot of the child leaf
-    std::uint32_t count[kWidth];  ///< triangles of a leaf; 0: a node, or no child
+    std::uint32_t count[kWidth];  ///< triangles of a child leaf; 0: the child is a node or absent
   };
   struct Corners {
     Vec3 p[3];

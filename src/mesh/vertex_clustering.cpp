@@ -61,7 +61,7 @@ ClusteredMesh cluster(MeshView mesh, double cell) {
                                    representative[t.v[2]]};
     if (c[0] == c[1] || c[1] == c[2] || c[2] == c[0]) continue;
     std::rotate(c.begin(), std::min_element(c.begin(), c.end()), c.end());
-    const bool reverse = c[1] > c[2];
+    const bool reverse = c[1] > c[2];  // sorting then reverses the orientation
     if (reverse) std::swap(c[1], c[2]);
     keyed_triangles.push_back({c, reverse ? -1 : 1});
   }
@@ -145,11 +145,11 @@ void thin_out(ClusteredMesh& clustered, std::size_t count, double diagonal) {
   std::size_t long_count = 0;
   for (std::size_t i = 0; i < clustered.multiplicity.size(); ++i) {
     const Triangle& t = clustered.mesh.triangles[i];
-    const bool is_long_one = is_long(clustered.mesh, t, diagonal);
-    if (is_long_one && long_count++ % n != 0) continue;
+    const bool is_long_triangle = is_long(clustered.mesh, t, diagonal);
+    if (is_long_triangle && long_count++ % n != 0) continue;
     thinned.mesh.triangles.push_back(t);
     thinned.multiplicity.push_back(clustered.multiplicity[i] *
-                                   (is_long_one ? static_cast<int>(n) : 1));
+                                   (is_long_triangle ? static_cast<int>(n) : 1));
   }
   clustered.mesh.triangles = std::move(thinned.mesh.triangles);
   clustered.multiplicity = std::move(thinned.multiplicity);

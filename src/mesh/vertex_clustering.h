@@ -11,8 +11,8 @@
 
 namespace polymorph {
 
-/// A simplified mesh without normals that contains each triangle once. If each triangle counts
-/// `multiplicity` times, the winding number is the original's.
+/// A simplified mesh without normals, in which no two triangles coincide. If each counts
+/// `multiplicity` times, the winding number is about the original's.
 struct ClusteredMesh {
   Mesh mesh;
   std::vector<int> multiplicity;  ///< per triangle, 1 or more

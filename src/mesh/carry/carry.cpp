@@ -16,8 +16,8 @@
 namespace polymorph {
 namespace {
 
-/// Maximum distance, in cells, from the surface to points that the flow has moved. A longer step in
-/// time is halved.
+/// Maximum distance, in cells, from the surface of points that the flow has moved. A step in time
+/// that leaves points further away is halved.
 constexpr float kMaxStep = 0.7f;
 /// Fractions of the limit: triangles further than kImproveAbove are improved where possible; a time
 /// is finished when all are below kDoneBelow.
@@ -26,7 +26,7 @@ constexpr float kImproveAbove = 0.7f, kDoneBelow = 0.9f;
 constexpr float kSmallBadness = 4;
 /// The work ends at a time where the mesh stays further from the surface than this, in limits.
 constexpr float kHopeless = 3;
-/// Edges of the carried mesh, in cells: where it begins, and where a patch was mapped.
+/// Lengths of the carried mesh's edges, in cells: minimum at the start, maximum in mapped patches.
 constexpr float kFirstEdge = 2, kMappedEdge = 2;
 
 float longest_edge(std::span<const Vec3> points, const Triangle& t) {
@@ -45,7 +45,7 @@ class Carrier {
 
  private:
   using Points = std::vector<Vec3>;
-  using Halved = std::vector<std::array<std::uint32_t, 2>>;
+  using Halved = std::vector<std::array<std::uint32_t, 2>>;  ///< end points of bisected edges
 
   MovedMesh view(Points& points) const { return {points, triangles_, fans_, &keep_going_}; }
   CarryMeasure measure(const Points& points, std::span<const std::uint32_t> near = {}) {
@@ -88,14 +88,17 @@ class Carrier {
   std::vector<Triangle> triangles_;
   Fans fans_;
   std::vector<Points> points_;
-  std::optional<std::pair<std::size_t, CarryFault>> hopeless_;  ///< time at which the work ended
-  std::optional<CarryMeter> meter_;                             ///< measures at the current time
+  /// Index of the time at which the work ended early, and the fault there.
+  std::optional<std::pair<std::size_t, CarryFault>> hopeless_;
+  std::optional<CarryMeter> meter_;  ///< measures at the current time
   Status status_ = Ok{};
   const std::function<bool()> keep_going_ = [this] { return keep_going(); };
   std::vector<std::uint32_t> near_;  ///< nearest triangle of the surface per point, as last found
   std::vector<float> residual_;  ///< distance of each point from the surface at the start of a step
 };
 
+/// Moves points along the flow and then onto the surface `target` at the time `to`. Halves a step
+/// that leaves points far from the surface or inverts triangles. `depth`: halvings so far.
 Status Carrier::advance(Points& points, float from, float to, const CarryTarget& target,
                         int depth) {
   constexpr int kMaxDepth = 3, kSweeps = 3;
@@ -125,7 +128,7 @@ Status Carrier::advance(Points& points, float from, float to, const CarryTarget&
     move_onto_surface(view(points), target, kRelax, near);
     PM_TRY_STATUS(settings_.going_on());
   }
-  repair(view(points), target, 0.3f * settings_.cell, near);
+  repair(view(points), target, /*max_distance=*/0.3f * settings_.cell, near);
   const SurfaceProjection arrival = project_onto_surface(points, target, near);
   for (std::size_t i = 0; i < points.size(); ++i)
     residual_[i] = length(arrival.points[i] - points[i]);
@@ -133,12 +136,13 @@ Status Carrier::advance(Points& points, float from, float to, const CarryTarget&
   return Ok{};
 }
 
-/// Projects points onto the surface and pulls them towards points that the mesh misses.
+/// Projects points onto the surface and pulls them towards points that the mesh misses, up to
+/// `steps` times; then repairs the mesh if that makes it better.
 CarryMeasure Carrier::place_on_surface(Points& points, const CarryTarget& target,
                                        std::vector<std::uint32_t> near, int steps) {
   CarryMeasure m;
   for (int step = 0;; ++step) {
-    move_onto_surface(view(points), target, 0, near);
+    move_onto_surface(view(points), target, /*relax=*/0, near);
     m = measure(points, near);
     if (!keep_going()) return m;
     if (m.fault.distance < kImproveAbove * settings_.limit || step + 1 == steps) break;
@@ -187,8 +191,8 @@ void Carrier::spread(std::size_t k, const CarryTarget& target, CarryMeasure& m) 
   if (after.badness < m.badness) m = std::move(after), points_[k] = std::move(points);
 }
 
-/// Maps the patches around inverted or distant triangles at time `k`, and keeps the result if it is
-/// better. Returns whether it has divided triangles.
+/// Maps the patches around inverted or distant triangles at time `k`, which `m` measures. Keeps the
+/// result, with its measurement in `m`, if it is better. Returns whether it has divided triangles.
 bool Carrier::map_patches(std::size_t k, const CarryTarget& target, CarryMeasure& m,
                           bool may_divide) {
   bool is_divided = false;
@@ -202,7 +206,8 @@ bool Carrier::map_patches(std::size_t k, const CarryTarget& target, CarryMeasure
     Points points = points_[k];
     std::vector<Triangle> triangles = triangles_;
     PatchMesh mesh{points, triangles};
-    const PatchSettings patch_settings{rings, 0.5f * settings_.limit, kMappedEdge * settings_.cell,
+    const PatchSettings patch_settings{rings, /*deviation=*/0.5f * settings_.limit,
+                                       kMappedEdge * settings_.cell,
                                        may_divide ? settings_.max_triangles : 0};
     const std::size_t patches =
         polymorph::map_patches(mesh, seeds, patch_settings, target, m.mesh_near);
@@ -226,18 +231,18 @@ bool Carrier::map_patches(std::size_t k, const CarryTarget& target, CarryMeasure
   return is_divided;
 }
 
-/// Makes one round of moves at one time. `new_triangles`: those of the preceding division; `last`:
-/// the measurement before it.
+/// Makes one round of moves at one time. `new_triangles`: the triangles of a preceding division, if
+/// any; `last`: the last measurement, before that division.
 CarryMeasure Carrier::improve(std::size_t k, const CarryTarget& target,
                               const std::vector<std::uint32_t>& new_triangles,
                               const CarryMeasure& last) {
-  const bool is_first = new_triangles.empty();
+  const bool is_undivided = new_triangles.empty();
   Points before = points_[k];
-  if (!is_first)
+  if (!is_undivided)
     repair(view(points_[k]), target, kImproveAbove * settings_.limit, last.near, new_triangles);
-  CarryMeasure m = place_on_surface(points_[k], target, last.near, is_first ? 3 : 2);
-  const bool is_divided = map_patches(k, target, m, true);
-  if (!is_first && !is_divided && last.badness < m.badness && keep_going()) {
+  CarryMeasure m = place_on_surface(points_[k], target, last.near, is_undivided ? 3 : 2);
+  const bool is_divided = map_patches(k, target, m, /*may_divide=*/true);
+  if (!is_undivided && !is_divided && last.badness < m.badness && keep_going()) {
     // Neither relaxation nor mapping helped; pulling points towards missed ones may.
     CarryMeasure after = place_on_surface(before, target, last.near, 2);
     if (is_better(after, m)) m = std::move(after), points_[k] = std::move(before);
@@ -245,8 +250,8 @@ CarryMeasure Carrier::improve(std::size_t k, const CarryTarget& target,
   return m;
 }
 
-/// Halves the chosen triangles, at all times alike, by their edge lengths at time `k`. Then halves
-/// new ones that are still long, in up to two more rounds.
+/// Bisects the chosen triangles, at all times alike, by their edge lengths at time `k`. Then
+/// bisects new triangles with edges above 1.5 cells, in up to two more rounds.
 void Carrier::divide(std::size_t k, std::vector<std::uint32_t> chosen) {
   constexpr int kMaxRounds = 3;
   for (int round = 0; round < kMaxRounds && !chosen.empty() &&
@@ -271,7 +276,7 @@ void Carrier::divide(std::size_t k, std::vector<std::uint32_t> chosen) {
 
 /// Improves the mesh at time `k` until it is near enough; divides triangles that are too large.
 CarryFault Carrier::finish(std::size_t k, const CarryTarget& target) {
-  // Maximum number of rounds, and number of rounds before inverted triangles are divided.
+  // Maximum numbers of rounds: in all, before inverted triangles are divided, and without progress.
   constexpr int kRounds = 20, kMovesAlone = 2, kMaxIdle = 4;
   constexpr float kSmallest = 0.1f;  // in limits; inverted triangles without a longer edge stay
   meter_.emplace(target, settings_.limit);
@@ -289,7 +294,8 @@ CarryFault Carrier::finish(std::size_t k, const CarryTarget& target) {
     const Points& points = points_[k];
     const CarryMeasure& m = last;
     if (!keep_going()) return m.fault;
-    std::vector<std::uint32_t> coarse;
+    std::vector<std::uint32_t> coarse;  // triangles to divide
+    // Division helps only where triangles are longer than their distance.
     for (std::uint32_t f = 0; f < triangles_.size(); ++f)
       if (m.triangle_distance[f] > kImproveAbove * settings_.limit &&
           longest_edge(points, triangles_[f]) > 1.5f * m.triangle_distance[f])
@@ -304,6 +310,7 @@ CarryFault Carrier::finish(std::size_t k, const CarryTarget& target) {
         "{} inverted, {} to divide, badness {:.2f}",
         k, round, triangles_.size(), m.fault.distance / settings_.limit, m.fault.position.x,
         m.fault.position.y, m.fault.position.z, m.fault.inverted, coarse.size(), m.badness);
+    // End with the better one of the present and the best state; otherwise divide and go on.
     const bool is_done = m.fault.distance < kDoneBelow * settings_.limit && m.fault.inverted == 0;
     idle_rounds = m.badness < 0.9f * best.badness ? 0 : idle_rounds + 1;
     const bool is_stuck =
@@ -333,7 +340,7 @@ CarryFault Carrier::improve_without_division(std::size_t k, const CarryTarget& t
   // Points that were added for other times still lie on the edges that they halve.
   Points candidate = points_[k];
   std::vector<std::uint32_t> near;
-  move_onto_surface(view(candidate), target, 0, near);
+  move_onto_surface(view(candidate), target, /*relax=*/0, near);
   CarryMeasure m = measure(candidate, near);
   CarryMeasure best = m;
   if (!is_good(m.fault)) {
@@ -357,18 +364,19 @@ CarryFault Carrier::improve_without_division(std::size_t k, const CarryTarget& t
         m = measure(candidate);
       }
     } else {
-      map_patches(k, target, m, false);
+      map_patches(k, target, m, /*may_divide=*/false);
       candidate = points_[k];
     }
   }
 }
 
+/// Carries the mesh from one time (index) to the next or previous one.
 Status Carrier::step(std::size_t from, std::size_t to) {
   const Activity activity(stage_name("carrying", to));
   residual_.assign(points_[from].size(), 0.0f);
   PM_TRY(const CarryTarget target, surface_.at(times_[to]));
   Points points = points_[from];
-  PM_TRY_STATUS(advance(points, times_[from], times_[to], target, 0));
+  PM_TRY_STATUS(advance(points, times_[from], times_[to], target, /*depth=*/0));
   points_[to] = std::move(points);
   finish_or_give_up(to, target);
   return status_;
@@ -384,7 +392,8 @@ Status Carrier::run(std::size_t start) {
   PM_TRY(const CarryTarget target, surface_.at(times_[start]));
   triangles_ = target.surface.triangles;
   points_[start] = target.surface.positions;
-  coarsen(points_[start], triangles_, {kFirstEdge * settings_.cell, 0.3f * settings_.limit});
+  coarsen(points_[start], triangles_,
+          {kFirstEdge * settings_.cell, /*deviation=*/0.3f * settings_.limit});
   log_debug("{} of {} triangles", triangles_.size(), target.surface.triangles.size());
   fans_ = Fans(points_[start].size(), triangles_);
   // Marching cubes make slivers; relaxation removes them.

@@ -7,8 +7,8 @@
 namespace polymorph {
 namespace {
 
-/// Fractions of the limit: distances below kNegligible are not resolved, others are within
-/// kPrecision, and points of the surface beyond kMiss count as missed.
+/// Fractions of the limit, for DeviationSettings: points of the surface beyond kMiss count as
+/// missed.
 constexpr float kNegligible = 0.6f, kSufficient = 0.3f, kPrecision = 0.02f, kMiss = 0.4f;
 
 void raise_to_maximum(CarryFault& fault, const Deviation& deviation) {
@@ -63,7 +63,8 @@ std::vector<std::uint32_t> guess_nearest(std::span<const Triangle> triangles,
 std::size_t CarryMeter::KeyHash::operator()(const Key& key) const {
   std::uint64_t hash = 0;
   for (const float x : key)
-    hash = (std::rotl(hash, 27) ^ std::bit_cast<std::uint32_t>(x)) * 0x9e3779b97f4a7c15u;
+    hash = (std::rotl(hash, 27) ^ std::bit_cast<std::uint32_t>(x)) *
+           0x9e3779b97f4a7c15u;  // 2^64 / golden ratio
   return hash ^ hash >> 32;
 }
 
@@ -88,6 +89,7 @@ CarryMeasure CarryMeter::measure(std::span<const Vec3> points, std::span<const T
     const Vec3 a = points[t.v[0]], b = points[t.v[1]], c = points[t.v[2]];
     keys.push_back({a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z});
   }
+  // Measure both directions, at first in full and later only what has changed.
   if (!mesh_to_surface_) {
     mesh_to_surface_ =
         measure_deviation({points, triangles}, surface, settings, {near.begin(), near.end()});
@@ -101,9 +103,11 @@ CarryMeasure CarryMeter::measure(std::span<const Vec3> points, std::span<const T
       if (old_index[f] != KnownDeviation::kNew) new_index[old_index[f]] = f;
     std::iota(same_index.begin(), same_index.end(), 0u);
     std::vector<std::uint32_t> mesh_near = surface_to_mesh_->nearest;
-    for (std::uint32_t& t : mesh_near) t = new_index[t];
-    const KnownDeviation known_mesh{*mesh_to_surface_, std::move(old_index), {}, true},
-        known_surface{*surface_to_mesh_, std::move(same_index), std::move(new_index), false};
+    for (std::uint32_t& t : mesh_near) t = new_index[t];  // kNew is no valid hint, like kNoTriangle
+    const KnownDeviation known_mesh{
+        *mesh_to_surface_, std::move(old_index), {}, /*is_other_same=*/true},
+        known_surface{*surface_to_mesh_, std::move(same_index), std::move(new_index),
+                      /*is_other_same=*/false};
     Deviation new_surface_to_mesh = measure_deviation(
         {surface.points, surface.triangles}, mesh, settings, std::move(mesh_near), &known_surface);
     mesh_to_surface_ = measure_deviation({points, triangles}, surface, settings,
@@ -112,7 +116,7 @@ CarryMeasure CarryMeter::measure(std::span<const Vec3> points, std::span<const T
   }
   last_index_.clear();
   for (std::uint32_t f = 0; f < keys.size(); ++f) last_index_.emplace(keys[f], f);
-
+  // Summarize both directions.
   CarryMeasure m;
   raise_to_maximum(m.fault, *mesh_to_surface_);
   raise_to_maximum(m.fault, *surface_to_mesh_);

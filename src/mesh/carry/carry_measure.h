@@ -16,12 +16,12 @@ namespace polymorph {
 /// Error of a mesh against a surface, and where it arises.
 struct CarryMeasure {
   CarryFault fault;
-  /// Number of inverted triangles, plus the squares of what the distances of all triangles exceed
-  /// 0.9 of the limit by, in limits.
+  /// Number of inverted triangles, plus the sum over all triangles of max(d / limit - 0.9, 0)^2, d
+  /// from triangle_distance.
   float badness = 0;
-  std::vector<float> triangle_distance;   ///< per triangle; the larger of both directions
+  std::vector<float> triangle_distance;   ///< per triangle: maximum to and from the surface
   std::vector<std::uint32_t> inverted;    ///< indices of triangles
-  std::vector<Deviation::Listed> misses;  ///< points of the surface that are far from the mesh
+  std::vector<Deviation::Listed> misses;  ///< surface points beyond 0.4 limits from the mesh
   std::vector<std::uint32_t> near;        ///< nearest triangle of the surface, per mesh point
   std::vector<std::uint32_t> mesh_near;   ///< nearest triangle of the mesh, per surface point
 };
@@ -41,12 +41,12 @@ class CarryMeter {
   struct KeyHash {
     std::size_t operator()(const Key& key) const;
   };
-  /// Index of each triangle in the last mesh, or kNew.
+  /// Index of each triangle in the last mesh, or KnownDeviation::kNew.
   std::vector<std::uint32_t> find_in_last_mesh(std::span<const Key> keys) const;
 
   const CarryTarget& target_;
   float limit_;
-  std::unordered_map<Key, std::uint32_t, KeyHash> last_index_;
+  std::unordered_map<Key, std::uint32_t, KeyHash> last_index_;  ///< index of each triangle measured
   std::optional<Deviation> mesh_to_surface_, surface_to_mesh_;
 };
 

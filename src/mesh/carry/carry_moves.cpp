@@ -23,11 +23,12 @@ struct TriangleFit {
   std::uint32_t nearest = ClosestPoint::kNoTriangle;
 };
 TriangleFit fit_to_surface(Vec3 a, Vec3 b, Vec3 c, const CarryTarget& target, std::uint32_t hint) {
-  const Vec3 middle = (a + b + c) / 3, own = cross(b - a, c - a);
+  const Vec3 middle = (a + b + c) / 3, area_vector = cross(b - a, c - a);
   const ClosestPoint hit = target.query().closest(middle, hint);
   const Vec3 smooth = normal_at(target.surface, hit),
-             flat = face_normal_at(target, middle, hit, own);
-  return {dot(own, flat) < dot(own, smooth) ? flat : smooth, hit.distance, hit.triangle};
+             flat = face_normal_at(target, middle, hit, area_vector);
+  return {dot(area_vector, flat) < dot(area_vector, smooth) ? flat : smooth, hit.distance,
+          hit.triangle};
 }
 
 struct Mover {
@@ -45,7 +46,7 @@ struct Mover {
     }
     return result;
   }
-  /// Moves a point as far towards `to` as it can without making a triangle worse than allowed.
+  /// Moves a point towards `to` as far as the qualities of its triangles allow (kMinQuality).
   /// Returns false if it did not move.
   bool move(std::uint32_t v, Vec3 to) {
     const Vec3 from = mesh.points[v];
@@ -71,8 +72,8 @@ std::vector<Vec3> triangle_normals(std::span<const Triangle> triangles,
   return result;
 }
 
-/// The target position of a point: on the surface and, by the fraction `relax`, towards the
-/// centroid of its fan.
+/// The target position of point `i`: on the surface, whose closest point is `foot` with the normal
+/// `n`, and, by the fraction `relax`, towards the centroid of the point's fan.
 Vec3 target_position(const MovedMesh& mesh, std::size_t i, Vec3 foot, Vec3 n, float relax) {
   Vec3 centroid, fan_normal;
   float weight = 0;
@@ -107,7 +108,7 @@ void fit_to_surface(const MovedMesh& mesh, std::span<const std::uint32_t> faces,
         fit = fit_to_surface(mesh.points[t.v[0]], mesh.points[t.v[1]], mesh.points[t.v[2]], target,
                              fit.nearest);
       },
-      256);
+      /*grain=*/256);
 }
 
 constexpr float kBadQuality = 0.05f;  // triangles below this are nearly inverted
@@ -127,6 +128,7 @@ std::vector<std::uint32_t> list_doubtful_faces(const MovedMesh& mesh, const Carr
         const Vec3 a = mesh.points[t.v[0]], b = mesh.points[t.v[1]], c = mesh.points[t.v[2]];
         float distance = std::numeric_limits<float>::infinity();
         for (const std::uint32_t v : t.v) {
+          // A triangle without guesses, or of low quality, stays doubtful.
           if (v >= near.size() || near[v] >= surface.triangles.size()) return;
           const Vec3 n = area_normal(surface.points, surface.triangles[near[v]]);
           if (!(triangle_quality(a, b, c, normalized(n)) >= kSafeQuality)) return;
@@ -135,7 +137,7 @@ std::vector<std::uint32_t> list_doubtful_faces(const MovedMesh& mesh, const Carr
         }
         is_doubtful[f] = distance > max_distance;
       },
-      256);
+      /*grain=*/256);
   std::vector<std::uint32_t> faces;
   for (std::uint32_t f = 0; f < is_doubtful.size(); ++f)
     if (is_doubtful[f]) faces.push_back(f);
@@ -151,6 +153,7 @@ void move_stuck_point(const MovedMesh& mesh, const CarryTarget& target,
   std::vector<Vec3>& points = mesh.points;
   const std::span<const std::uint32_t> fan = mesh.fans.around(v);
   const std::uint32_t hint = fits[fan.front()].nearest;
+  // Returns a score, lower being better, and whether the point would be stuck there.
   const auto score_at = [&](Vec3 at) {
     float min_quality = 1, deficit = 0;
     const float distance = closest_near(target, at, hint).distance;
@@ -232,7 +235,7 @@ SurfaceProjection project_onto_surface(std::span<const Vec3> points, const Carry
         foot.normals[i] = normal_at(target.surface, hit);
         near[i] = hit.triangle;
       },
-      256);
+      /*grain=*/256);
   return foot;
 }
 
@@ -266,7 +269,7 @@ void repair(const MovedMesh& mesh, const CarryTarget& target, float max_distance
   for (int k = 0;; ++k) {
     if (mesh.keep_going && !(*mesh.keep_going)()) return;
     fit_to_surface(mesh, faces, target, fits);
-    std::vector<std::uint32_t> stuck;
+    std::vector<std::uint32_t> stuck;  // points of triangles that are nearly inverted or distant
     for (const std::uint32_t f : faces) {
       const Triangle& t = mesh.triangles[f];
       const float quality = triangle_quality(mesh.points[t.v[0]], mesh.points[t.v[1]],
@@ -289,6 +292,7 @@ void repair(const MovedMesh& mesh, const CarryTarget& target, float max_distance
       faces = list_faces_around(active, mesh.fans);
       fit_to_surface(mesh, faces, target, fits);
     }
+    // Relax the active points, then move the stuck ones.
     std::vector<Vec3> positions, normals(mesh.triangles.size());
     std::vector<std::uint32_t> hints;
     for (const std::uint32_t v : active) {
@@ -344,6 +348,7 @@ void pull_towards_misses(const MovedMesh& mesh, const CarryTarget& target,
     std::sort(order, order + 3, [&](std::uint32_t a, std::uint32_t b) {
       return length(mesh.points[a] - miss.point) < length(mesh.points[b] - miss.point);
     });
+    // Move the nearest corner that can move, unless it was moved to a larger miss before.
     for (const std::uint32_t v : order) {
       if (is_moved[v]) break;
       if (mover.move(v, miss.point)) {

@@ -17,7 +17,7 @@ struct MovedMesh {
   std::vector<Vec3>& points;
   std::span<const Triangle> triangles;
   const Fans& fans;
-  /// Called by repair() between its steps, which ends at once if it returns false.
+  /// Called by repair() between its steps, unless it is null; repair() ends once it returns false.
   const std::function<bool()>* keep_going = nullptr;
 };
 
@@ -38,24 +38,25 @@ float triangle_quality(Vec3 a, Vec3 b, Vec3 c, Vec3 normal);
 inline constexpr float kRelax = 0.5f;
 
 /// Moves each point onto the surface and, by the fraction `relax`, towards the centroid of its fan.
-/// A move is shortened or left out where it would make a triangle worse than allowed.
+/// A move is shortened or left out where it would lower the minimum quality of the triangles
+/// around the point and make it less than 0.1.
 void move_onto_surface(const MovedMesh& mesh, const CarryTarget& target, float relax,
                        std::vector<std::uint32_t>& near);
 
 /// Moves points around `seeds` (triangles), and around triangles that are inverted, nearly inverted
-/// or further than `max_distance` from the surface, until there are none of these, for 30 rounds or
-/// until 6 rounds in a row leave as many.
+/// or further than `max_distance` from the surface, until there are no such triangles (with seeds,
+/// for 6 rounds at least). Gives up after 30 rounds, or after 6 rounds in a row without progress.
 void repair(const MovedMesh& mesh, const CarryTarget& target, float max_distance,
             std::span<const std::uint32_t> near, std::span<const std::uint32_t> seeds = {});
 
 /// Moves points around `seeds` (triangles) to the mean of their neighbours and onto the surface,
-/// over and over, which makes small triangles larger and unfolds them. Details that only these
+/// 20 times, which makes small triangles larger and unfolds them. Details that only these
 /// points show may be lost: measure the result.
 void spread_points(const MovedMesh& mesh, const CarryTarget& target,
                    std::span<const std::uint32_t> seeds, std::span<const std::uint32_t> near);
 
-/// Moves points towards missed points of the surface: corners and ridges, which projection never
-/// reaches.
+/// Moves points towards `misses` (CarryMeasure::misses): corners and ridges of the surface, which
+/// projection never reaches.
 void pull_towards_misses(const MovedMesh& mesh, const CarryTarget& target,
                          std::vector<Deviation::Listed> misses, std::vector<std::uint32_t>& near);
 

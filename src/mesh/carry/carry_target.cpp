@@ -13,7 +13,7 @@ CarryTarget make_carry_target(Mesh surface) {
   double area = 0;
   for (const Triangle& t : mesh.triangles)
     area += 0.5 * static_cast<double>(length(area_normal(mesh.positions, t)));
-  // Equilateral triangles of this area have edges of this length.
+  // An equilateral triangle has edges of length sqrt(4 / sqrt 3 * area); 4 / sqrt 3 = 2.3094.
   if (!mesh.triangles.empty())
     target.edge =
         static_cast<float>(std::sqrt(2.3094 * area / static_cast<double>(mesh.triangles.size())));

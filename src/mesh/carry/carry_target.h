@@ -13,7 +13,7 @@ struct CarryTarget {
   Mesh surface;
   Fans fans;
   std::shared_ptr<const ClosestPointQuery> tree;
-  float edge = 0;  ///< typical length of an edge
+  float edge = 0;  ///< edge of an equilateral triangle of the mean area
   MeshQuery query() const { return {surface.positions, surface.triangles, *tree}; }
 };
 CarryTarget make_carry_target(Mesh surface);

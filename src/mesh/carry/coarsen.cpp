@@ -70,15 +70,16 @@ class CollapsePass {
     return neighbours;
   }
 
-  /// Tests whether the triangles around `v` stay near their planes and normals when it moves.
-  bool allows(std::uint32_t v, std::uint32_t other, Vec3 at) const {
+  /// Tests whether the triangles around `v` stay near their planes and normals, and small, if it
+  /// moves to `at`. Triangles with `other`, the edge's other end, vanish.
+  bool allows_move(std::uint32_t v, std::uint32_t other, Vec3 at) const {
     for (const std::uint32_t f : fans_.around(v)) {
       const Triangle& t = triangles_[f];
       const Vec3 before = area_normal(points_, t);
       const float area = length(before);
       if (area > 0 && std::abs(dot(before / area, at - points_[v])) > settings_.deviation)
         return false;
-      if (std::find(t.v, t.v + 3, other) != t.v + 3) continue;  // it vanishes
+      if (std::find(t.v, t.v + 3, other) != t.v + 3) continue;
       Vec3 p[3];
       for (int k = 0; k < 3; ++k) {
         p[k] = t.v[k] == v ? at : points_[t.v[k]];
@@ -97,7 +98,8 @@ class CollapsePass {
     std::vector<std::uint32_t> shared;
     std::set_intersection(around_a.begin(), around_a.end(), around_b.begin(), around_b.end(),
                           std::back_inserter(shared));
-    // The link condition (Dey, Edelsbrunner, Guha and Nekhayev 1999) keeps the topology.
+    // The link condition (Dey, Edelsbrunner, Guha and Nekhayev 1999) keeps the topology. The new
+    // point has 5 neighbours or more, the apexes of the vanishing triangles 3 or more.
     if (shared.size() != 2 || around_a.size() + around_b.size() < 9) return false;
     for (const std::uint32_t p : shared)
       if (is_apex_[p] || fans_.around(p).size() < 4) return false;
@@ -105,7 +107,7 @@ class CollapsePass {
       for (const std::uint32_t p : *neighbours)
         if (is_moved_[p]) return false;
     const Vec3 at = (points_[a] + points_[b]) * 0.5f;
-    if (!allows(a, b, at) || !allows(b, a, at)) return false;
+    if (!allows_move(a, b, at) || !allows_move(b, a, at)) return false;
     points_[a] = at;
     merged_into_[b] = a;
     is_moved_[a] = is_moved_[b] = 1;
@@ -113,29 +115,30 @@ class CollapsePass {
     return true;
   }
 
-  /// Removes the triangles and points that collapses have left without use.
+  /// Removes the points and triangles that vanish in collapses.
   void remove_merged() {
     std::vector<std::uint32_t> new_index(points_.size());
-    std::vector<Vec3> kept;
+    std::vector<Vec3> new_points;
     for (std::uint32_t i = 0; i < points_.size(); ++i)
       if (merged_into_[i] == i)
-        new_index[i] = static_cast<std::uint32_t>(kept.size()), kept.push_back(points_[i]);
-    std::vector<Triangle> remaining;
+        new_index[i] = static_cast<std::uint32_t>(new_points.size()),
+        new_points.push_back(points_[i]);
+    std::vector<Triangle> new_triangles;
     for (Triangle t : triangles_) {
       for (std::uint32_t& v : t.v) v = new_index[merged_into_[v]];
-      if (t.v[0] != t.v[1] && t.v[1] != t.v[2] && t.v[2] != t.v[0]) remaining.push_back(t);
+      if (t.v[0] != t.v[1] && t.v[1] != t.v[2] && t.v[2] != t.v[0]) new_triangles.push_back(t);
     }
-    points_ = std::move(kept);
-    triangles_ = std::move(remaining);
+    points_ = std::move(new_points);
+    triangles_ = std::move(new_triangles);
   }
 
   std::vector<Vec3>& points_;
   std::vector<Triangle>& triangles_;
   const CoarsenSettings& settings_;
   Fans fans_;
-  std::vector<std::uint8_t> is_moved_;  ///< ends of collapsed edges
-  std::vector<std::uint8_t> is_apex_;   ///< points that have lost a triangle
-  std::vector<std::uint32_t> merged_into_;
+  std::vector<std::uint8_t> is_moved_;      ///< ends of collapsed edges
+  std::vector<std::uint8_t> is_apex_;       ///< points that have lost a triangle
+  std::vector<std::uint32_t> merged_into_;  ///< per point: the point that replaces it, or itself
 };
 
 }  // namespace
@@ -144,7 +147,7 @@ void coarsen(std::vector<Vec3>& points, std::vector<Triangle>& triangles,
              const CoarsenSettings& settings) {
   constexpr int kMaxPasses = 24;
   for (int pass = 0; pass < kMaxPasses; ++pass)
-    if (CollapsePass(points, triangles, settings).run() * 100 < points.size()) return;
+    if (CollapsePass(points, triangles, settings).run() * 100 < points.size()) return;  // below 1 %
 }
 
 }  // namespace polymorph

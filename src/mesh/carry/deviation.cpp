@@ -12,6 +12,7 @@ namespace {
 /// Maximum number of bisections of a triangle's sides.
 constexpr int kMaxDepth = 10;
 
+/// A point of the mesh, with its distance from the other mesh.
 struct Corner {
   Vec3 point;
   float distance;
@@ -81,7 +82,8 @@ class TriangleDeviation {
     return bound;
   }
 
-  Corner make_midpoint(const Corner& a, const Corner& b) {
+  /// Finds the distance of the midpoint, and lists the point if it is far.
+  Corner measure_midpoint(const Corner& a, const Corner& b) {
     const Vec3 p = (a.point + b.point) * 0.5f;
     const Corner& nearer = a.distance <= b.distance ? a : b;
     const Corner& farther = a.distance <= b.distance ? b : a;
@@ -99,14 +101,15 @@ class TriangleDeviation {
       return;
     }
     const auto& [a, b, c] = piece;
-    const Corner ab = make_midpoint(a, b), bc = make_midpoint(b, c), ca = make_midpoint(c, a);
+    const Corner ab = measure_midpoint(a, b), bc = measure_midpoint(b, c),
+                 ca = measure_midpoint(c, a);
     for (const FacePiece& child : {FacePiece{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}})
       divide(child, depth + 1);
   }
 
   const MeshQuery& other_;
   const DeviationSettings& settings_;
-  float furthest_ = 0;
+  float furthest_ = 0;  ///< largest distance of a point evaluated so far
   Deviation::PerTriangle result_;
 };
 
@@ -150,7 +153,7 @@ Deviation measure_deviation(MeshView mesh, const MeshQuery& other,
         hits[i] = find_corner(other, settings, mesh.points[i], {d.nearest[i], d.nearest[i]});
         d.nearest[i] = hits[i].triangle;
       },
-      256);
+      /*grain=*/256);
   d.triangles.resize(mesh.triangles.size());
   parallel_for(
       static_cast<std::int64_t>(mesh.triangles.size()),
@@ -168,7 +171,7 @@ Deviation measure_deviation(MeshView mesh, const MeshQuery& other,
             d.triangles[f].listed.push_back(
                 {corners[k].point, corners[k].distance, corners[k].triangle});
       },
-      64);
+      /*grain=*/64);
   return d;
 }
 

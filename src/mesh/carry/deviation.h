@@ -9,9 +9,10 @@
 
 namespace polymorph {
 
+/// Tolerances of a measurement, in the meshes' units.
 struct DeviationSettings {
-  float negligible = 0;  ///< smaller distances need not be resolved
-  float precision = 0;   ///< maximum error of all other distances
+  float negligible = 0;  ///< smaller distances are only bounded by this
+  float precision = 0;   ///< maximum error of larger distances
   float listed = 0;      ///< points beyond this distance are listed
   /// A hinted triangle within this distance of a point counts as its nearest one; at most
   /// `negligible` less `precision`.
@@ -20,7 +21,7 @@ struct DeviationSettings {
 
 /// Distances of all points of a mesh, not only its vertices, from another mesh.
 struct Deviation {
-  /// A point that is far from the other mesh.
+  /// A point further than DeviationSettings::listed from the other mesh.
   struct Listed {
     Vec3 point;
     float distance;
@@ -28,7 +29,7 @@ struct Deviation {
   };
   struct PerTriangle {
     /// Upper bound over the triangle's points. Unless negligible, it exceeds the largest distance
-    /// by at most the precision.
+    /// by at most the precision (more if ten bisections do not suffice).
     float distance = 0;
     Vec3 position;  ///< the furthest point evaluated
     std::vector<Listed> listed;
@@ -43,7 +44,7 @@ struct KnownDeviation {
   static constexpr std::uint32_t kNew = 0xffffffffu;
   const Deviation& last;
   std::vector<std::uint32_t> former_index;  ///< former index per triangle, or kNew
-  /// Present index per former triangle of the other mesh, or kNew.
+  /// Present index per former triangle of the other mesh, or kNew. Unused if is_other_same.
   std::vector<std::uint32_t> present_index;
   /// True if the other mesh has not changed: then large distances remain valid too.
   bool is_other_same = false;

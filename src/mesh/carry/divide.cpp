@@ -34,7 +34,7 @@ Division halve_triangles(std::span<const Vec3> points, std::span<const Triangle>
                          std::span<const std::uint32_t> chosen) {
   Division division;
   const std::vector<Triangle> neighbours = find_neighbours(triangles);
-  std::unordered_map<std::uint64_t, std::uint32_t> middles;
+  std::unordered_map<std::uint64_t, std::uint32_t> middles;  // index of the midpoint per edge key
   std::vector<std::uint32_t> queue(chosen.begin(), chosen.end());
   for (std::size_t q = 0; q < queue.size(); ++q) {
     const Triangle& t = triangles[queue[q]];

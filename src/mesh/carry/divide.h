@@ -12,8 +12,8 @@ namespace polymorph {
 
 struct Division {
   std::vector<Triangle> triangles;
-  /// End points of each bisected edge; its midpoint is a new point, in this order after the old
-  /// ones.
+  /// End points of each bisected edge. The midpoints are new points, which follow the old ones in
+  /// this order.
   std::vector<std::array<std::uint32_t, 2>> halved;
 };
 

@@ -67,7 +67,7 @@ void grow(std::span<const Triangle> triangles, std::size_t points, int rings, Fl
 /// A disk of triangles: its border's points in order, and all its points.
 struct Disk {
   std::vector<std::uint32_t> faces, border, points;
-  std::vector<std::uint32_t> index;  ///< index in `points` per mesh point, or kOutside
+  std::vector<std::uint32_t> index;  ///< per mesh point: its index in `points`, or kOutside
   static constexpr std::uint32_t kOutside = 0xffffffffu;
 };
 
@@ -77,11 +77,13 @@ std::optional<Disk> make_disk(std::span<const Triangle> triangles,
                               const std::vector<Triangle>& neighbours, std::size_t points,
                               Flags is_selected) {
   for (int attempt = 0; attempt < 8; ++attempt) {
-    const FlaggedComponents outside = find_components(neighbours, is_selected, 0);
+    // Fill the holes: all of the outside except its largest component.
+    const FlaggedComponents outside = find_components(neighbours, is_selected, /*value=*/0);
     if (outside.size.size() < 2) return std::nullopt;
     const std::uint32_t largest = find_largest(outside);
     for (std::size_t f = 0; f < is_selected.size(); ++f)
       if (!is_selected[f] && outside.number[f] != largest) is_selected[f] = 1;
+    // Chain the sides of the border: `next` leads from each of its points to the next one.
     std::map<std::uint32_t, std::uint32_t> next;
     Flags is_pinched_point(points, 0);
     bool is_pinched = false;
@@ -107,6 +109,7 @@ std::optional<Disk> make_disk(std::span<const Triangle> triangles,
       v = next.at(v);
     } while (v != first && disk.border.size() <= next.size());
     if (disk.border.size() != next.size()) return std::nullopt;  // more than one border
+    // Number the points.
     disk.points = disk.border;
     disk.index.assign(points, Disk::kOutside);
     for (std::uint32_t i = 0; i < disk.border.size(); ++i) disk.index[disk.border[i]] = i;
@@ -129,8 +132,8 @@ std::optional<Disk> make_disk(std::span<const Triangle> triangles,
 }
 
 /// Places the inner points of a disk in the plane, each at the weighted mean of its neighbours.
-/// `planar` holds the border's positions; `weight(p, q, r)` is the share of triangle pqr in the
-/// weight of p's neighbour q. Returns false if the system is singular.
+/// `planar` holds the border's positions; `weight(p, q, r)` is what triangle pqr adds to the weight
+/// of p's neighbour q. Returns false if the linear system is singular.
 template <class Weight>
 bool embed(const Disk& disk, std::span<const Triangle> triangles, std::vector<Vec2d>& planar,
            const Weight& weight) {
@@ -177,9 +180,9 @@ struct DiskPosition {
 /// A flattened disk of the target's surface.
 struct FlatDisk {
   const Mesh& surface;
-  const std::vector<Triangle>& neighbours;  ///< per triangle of the surface
+  const std::vector<Triangle>& neighbours;  ///< per triangle of the surface: those across its sides
   Disk disk;
-  Flags is_inside = {};            ///< per triangle of the surface
+  Flags is_inside = {};            ///< per triangle of the surface: 1 if it belongs to the disk
   std::vector<Vec2d> planar = {};  ///< per point of the disk
 };
 
@@ -219,7 +222,7 @@ DiskPosition locate(const FlatDisk& flat, Vec2d p, std::uint32_t start) {
     face = next;
   }
   if (!is_found) {
-    double max_inside = -1e300;
+    double max_inside = -1e300;  // below all coordinates
     for (const std::uint32_t f : flat.disk.faces) {
       if (!coordinates_in(flat, f, p, weights)) continue;
       const double inside = *std::min_element(weights, weights + 3);
@@ -239,7 +242,7 @@ DiskPosition locate(const FlatDisk& flat, Vec2d p, std::uint32_t start) {
 struct FlatPatch {
   Disk disk;
   std::vector<Vec2d> planar;         ///< per point of the patch
-  std::vector<std::uint32_t> faces;  ///< the flattened disk's face there, per point of the patch
+  std::vector<std::uint32_t> faces;  ///< per point of the patch: the flattened disk's face there
 };
 
 Vec3 point_at(const FlatDisk& flat, const DiskPosition& at) {
@@ -250,14 +253,15 @@ Vec3 point_at(const FlatDisk& flat, const DiskPosition& at) {
   return p;
 }
 
-/// Places a point of a patch on the surface.
+/// Returns the position on the surface of point `i` of a patch, and sets its face. `start`: a face
+/// near it.
 Vec3 place_on_disk(const FlatDisk& flat, FlatPatch& patch, std::size_t i, std::uint32_t start) {
   const DiskPosition at = locate(flat, patch.planar[i], start);
   patch.faces[i] = at.face;
   return point_at(flat, at);
 }
 
-/// Shape of a triangle in the plane: positive if it is counterclockwise.
+/// Shape of a triangle in the plane: 1 / (2 sqrt 3) if equilateral, negative if clockwise.
 double planar_quality(Vec2d a, Vec2d b, Vec2d c) {
   const Vec2d ab = b - a, ac = c - a, bc = c - b;
   const double edges = ab.squaredNorm() + ac.squaredNorm() + bc.squaredNorm();
@@ -287,20 +291,21 @@ bool untangle(FlatPatch& patch, std::span<const Triangle> triangles) {
     return result;
   };
   for (int sweep = 0;; ++sweep) {
-    std::vector<std::uint32_t> moved;
+    std::vector<std::uint32_t> folded_points;
     for (const std::uint32_t f : disk.faces)
       if (quality(f) < kMinQuality2d)
         for (const std::uint32_t v : triangles[f].v)
-          if (disk.index[v] >= disk.border.size()) moved.push_back(disk.index[v]);
-    std::sort(moved.begin(), moved.end());
-    moved.erase(std::unique(moved.begin(), moved.end()), moved.end());
-    if (moved.empty() || sweep == kMaxSweeps) break;
-    for (const std::uint32_t i : moved) {
-      double reach = 0, best = min_quality(i);
+          if (disk.index[v] >= disk.border.size()) folded_points.push_back(disk.index[v]);
+    std::sort(folded_points.begin(), folded_points.end());
+    folded_points.erase(std::unique(folded_points.begin(), folded_points.end()),
+                        folded_points.end());
+    if (folded_points.empty() || sweep == kMaxSweeps) break;
+    for (const std::uint32_t i : folded_points) {
+      double radius = 0, best = min_quality(i);
       for (const std::uint32_t f : fans[i])
         for (const std::uint32_t v : triangles[f].v)
-          reach = std::max(reach, (planar[disk.index[v]] - planar[i]).norm());
-      for (double step = 0.5 * reach; step > 0.02 * reach; step *= 0.5) {
+          radius = std::max(radius, (planar[disk.index[v]] - planar[i]).norm());
+      for (double step = 0.5 * radius; step > 0.02 * radius; step *= 0.5) {
         const Vec2d from = planar[i];
         Vec2d at = from;
         for (const auto& d : kDirections) {
@@ -340,7 +345,7 @@ void divide_patch(PatchMesh& mesh, FlatPatch& patch, const FlatDisk& flat,
       const Triangle& t = mesh.triangles[f];
       const std::uint32_t last =
           std::max({patch.disk.index[t.v[0]], patch.disk.index[t.v[1]], patch.disk.index[t.v[2]]});
-      if (last == Disk::kOutside || last < border) continue;
+      if (last == Disk::kOutside || last < border) continue;  // not inside the patch
       float longest = 0;
       for (int k = 0; k < 3; ++k)
         longest = std::max(longest, length(mesh.points[t.v[k]] - mesh.points[t.v[(k + 1) % 3]]));
@@ -404,6 +409,7 @@ bool map_patch(PatchMesh& mesh, FlatPatch& patch, const CarryTarget& target, Fla
         return std::clamp(tan_half(a, b), 1e-3, 1e3) / edge_length;
       });
   if (!is_embedded) return false;
+  // Place the patch's border at its closest points, and its inner points between them.
   const std::size_t border = patch.disk.border.size();
   patch.planar.resize(border);
   patch.faces.assign(patch.disk.points.size(), target_disk.faces.front());
@@ -421,6 +427,7 @@ bool map_patch(PatchMesh& mesh, FlatPatch& patch, const CarryTarget& target, Fla
              [](std::uint32_t, std::uint32_t, std::uint32_t) { return 1.0; }) ||
       !untangle(patch, mesh.triangles))
     return false;
+  // Move the inner points onto the surface.
   std::uint32_t start = patch.faces.front();
   for (std::size_t i = border; i < patch.planar.size(); ++i) {
     mesh.points[patch.disk.points[i]] = place_on_disk(flat, patch, i, start);
@@ -459,7 +466,7 @@ std::size_t map_patches(PatchMesh& mesh, std::span<const std::uint32_t> seeds,
   Flags is_near_seed(triangles.size(), 0);
   for (const std::uint32_t f : seeds) is_near_seed[f] = 1;
   grow(triangles, point_count, settings.rings, is_near_seed);
-  const FlaggedComponents patches = find_components(neighbours, is_near_seed, 1);
+  const FlaggedComponents patches = find_components(neighbours, is_near_seed, /*value=*/1);
   std::vector<std::pair<FlatDisk, FlatPatch>> mapped;
   for (std::uint32_t component = 1; component < patches.size.size(); ++component) {
     Flags is_selected(triangles.size(), 0);
@@ -469,11 +476,12 @@ std::size_t map_patches(PatchMesh& mesh, std::span<const std::uint32_t> seeds,
     if (!disk) continue;
     for (const std::uint32_t f : disk->faces) is_selected[f] = 1;
     // A wider region, so that the target's disk contains the whole patch.
-    grow(triangles, point_count, 4, is_selected);
+    grow(triangles, point_count, /*rings=*/4, is_selected);
     Flags is_target(surface.triangles.size(), 0);
     for (std::size_t f = 0; f < is_target.size(); ++f)
       is_target[f] = is_selected[mesh_near[surface.triangles[f].v[0]]];
-    const FlaggedComponents target_components = find_components(target_neighbours, is_target, 1);
+    const FlaggedComponents target_components =
+        find_components(target_neighbours, is_target, /*value=*/1);
     if (target_components.size.size() < 2) continue;
     const std::uint32_t largest = find_largest(target_components);
     for (std::size_t f = 0; f < is_target.size(); ++f)

@@ -28,12 +28,12 @@ struct PatchSettings {
 };
 
 /// Maps the patches around the triangles `seeds` onto the regions of the target's surface that are
-/// nearest to them. The region is flattened onto a disk by mean value coordinates (Floater 2003),
-/// the mesh patch by Tutte's embedding (1963) within the closest points of its border. Bisected
-/// edges get their midpoints in the plane. That border need not be convex, so triangles may fold;
-/// then points are moved in the plane, and a patch that stays folded is left as it was.
-/// `mesh_near`: nearest triangle of the mesh per point of the surface. Patches that are no disks
-/// stay unchanged. Returns the number of mapped patches.
+/// nearest to them. The region is flattened onto a disk by mean value coordinates (Floater 2003).
+/// The border of the patch is placed there at its closest points, and its inner points by Tutte's
+/// embedding (1963). The border need not be convex, so triangles may fold; then points are moved in
+/// the plane, and a patch that stays folded is left as it was. Bisected edges get their midpoints
+/// in the plane. `mesh_near`: nearest triangle of the mesh per point of the surface. Patches that
+/// are not disks stay unchanged. Returns the number of mapped patches.
 std::size_t map_patches(PatchMesh& mesh, std::span<const std::uint32_t> seeds,
                         const PatchSettings& settings, const CarryTarget& target,
                         std::span<const std::uint32_t> mesh_near);
