@@ -108,7 +108,8 @@ void set_lens(Camera& camera, const CameraSettings& settings, Vec3 target) {
   camera.shutter = settings.shutter;
 }
 
-/// Fraction of the picture's half height or width that the margins leave.
+/// Fraction of the picture's half height or width that the margins leave, at least a tenth: margins
+/// of a half would leave nothing.
 float usable_fraction(float margin) { return std::max(0.1f, 1 - 2 * margin); }
 
 /// Coordinates of points relative to the target, for the picture's x and y axis.
@@ -127,6 +128,8 @@ ProjectedPoints project_points(const Camera& camera, std::span<const Vec3> point
   return result;
 }
 
+/// Makes a camera without a lens: at the given position, or at the smallest distance at which the
+/// points keep the margin.
 Camera frame_points(const CameraSettings& settings, std::span<const Vec3> points, Vec3 target,
                     int width, int height) {
   Camera camera;
@@ -140,6 +143,7 @@ Camera frame_points(const CameraSettings& settings, std::span<const Vec3> points
   const float ty = camera.tan_half_fov_y * usable_fraction(settings.margin);
   const float tx = ty * static_cast<float>(width) / static_cast<float>(height);
   if (settings.target) {
+    // The view axis must pass through the given target.
     const float d = std::max(smallest_centered_distance(x, tx), smallest_centered_distance(y, ty));
     camera.position = target - camera.forward * (d * settings.dolly);
     return camera;

@@ -88,7 +88,8 @@ class Tile {
       if (job_.device_film)
         copy_device_centers(y);
       else
-        intersect_closest(job_.world, row.rays, row.intersections, width_, true, stats_);
+        intersect_closest(job_.world, row.rays, row.intersections, width_, /*coherent=*/true,
+                          stats_);
       if (!steady) continue;
       for (int x = 0; x < width_; ++x) {
         const std::uint32_t mesh = row.intersections[x / kLanes].mesh.mesh[x % kLanes];
@@ -147,7 +148,7 @@ class Tile {
       for (int x = 0; x < width_; ++x) {
         const Ray ray = lane(row.rays[x / kLanes], x % kLanes);
         FirstHit hit = first_hit(job_.world, ray, lane(row.intersections[x / kLanes], x % kLanes));
-        // From the distance along the ray to that along the view axis.
+        // Convert the distance along the ray to the distance along the view axis.
         if (hit.id > 0) hit.depth *= dot(ray.direction, job_.camera.camera.forward);
         hit.motion = compute_motion(hit, ray.direction);
         float* pixel = &film.at(left_ + x, top_ + y, job_.first_aov);
@@ -248,7 +249,7 @@ class Tile {
         set_lane(pack.direction, i % kLanes, ray.direction);
         pack.time[i % kLanes] = ray.time;
       }
-      intersect_closest(job_.world, rays, intersections, count, true, stats_);
+      intersect_closest(job_.world, rays, intersections, count, /*coherent=*/true, stats_);
       for (int i = 0; i < count; ++i)
         add_matte_and_guide(first + i, lane(intersections[i / kLanes], i % kLanes));
     }
@@ -289,8 +290,8 @@ class Tile {
     for (int i = first; i < end; ++i) wave_.rays[i] = lane(rays, i - first);
   }
 
-  /// Marks the pixels that are done after their first `samples` samples. Returns whether any pixels
-  /// are left.
+  /// Marks the pixels that are done after their first `samples` samples: those that have converged
+  /// or, if a GPU has traced the samples, those that have no more. Returns whether any are left.
   bool mark_done(int samples) {
     if (!job_.device_film)
       return mark_converged(
@@ -322,7 +323,7 @@ class Tile {
   RayStats& stats_;
   const int left_, top_, width_, height_;
   std::array<SampleSums<PixelSum>, kPixels> sums_{};
-  std::array<bool, kPixels> done_{};
+  std::array<bool, kPixels> done_{};            ///< pixels that get no more samples
   std::vector<SampleSums<MattePixel>> mattes_;  ///< one per pixel and layer
   std::vector<SampleSums<GuideSum>> guides_;    ///< one per pixel, or empty without denoising
   /// Rays through the centres of a row's pixels.

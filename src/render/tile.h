@@ -21,11 +21,12 @@ namespace polymorph {
 /// Sums and hits that a GPU has found for the pixels of a frame, in rows from the upper left.
 /// Borrowed.
 struct DeviceFilm {
-  std::vector<BlockSpan> nodes;  ///< nodes that sum the frame's samples
-  /// One sum per pixel and node. A pixel that has converged early has fewer samples, and no samples
-  /// in the remaining sums.
+  std::vector<BlockSpan> nodes;  ///< nodes that sum the frame's samples (list_nodes())
+  /// One sum per pixel and node; the node's index runs fastest. A pixel that has converged early
+  /// has fewer samples, and no samples in the remaining sums.
   std::span<const PixelSum> sums;
-  std::span<const MeshHit> centers;  ///< hits of the rays through pixels' centres, or empty
+  /// Hits of the rays through pixels' centres; empty if neither AOVs nor the motion test need them.
+  std::span<const MeshHit> centers;
 };
 
 /// Data that all tiles of a frame share.

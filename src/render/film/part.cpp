@@ -29,6 +29,7 @@ std::string matte_channel(const std::string& prefix, const std::string& layer, s
   return fmt::format("{}{}.{}.{}", prefix, layer, index, suffix);
 }
 
+/// Reads a node's sums. PixelSum::odd is no channel, because parts exclude adaptive sampling.
 PixelSum read_node(const float* pixel, std::span<const int> channels, int samples) {
   const auto at = [&](int i) { return pixel[channels[static_cast<std::size_t>(i)]]; };
   PixelSum sum;
@@ -49,7 +50,8 @@ struct NodeChannels {
   struct Pair {
     int id = 0, sum = 0;
   };
-  std::vector<std::vector<Pair>> mattes;  ///< per matte layer: one pair of channels per id
+  /// Per matte layer: the channels of ids and of their sums of coverages, one pair per id.
+  std::vector<std::vector<Pair>> mattes;
 };
 
 MattePixel read_mattes(const float* pixel, const std::vector<NodeChannels::Pair>& pairs) {
@@ -212,12 +214,12 @@ class Merger {
   }
 
   std::span<const Part> parts_;
-  const std::vector<std::vector<NodeChannels>>& part_nodes_;
+  const std::vector<std::vector<NodeChannels>>& part_nodes_;  ///< per part and node
   MatteSums& mattes_;
   SampleRange range_;
   bool is_picture_ = false;
-  int samples_ = 0;  ///< samples of all parts
-  std::size_t first_other_ = 0;
+  int samples_ = 0;                  ///< samples of all parts
+  std::size_t first_other_ = 0;      ///< index in the film of the first channel that is no sum
   std::vector<int> other_channels_;  ///< indices in the first part
   Image film_;
 };
@@ -275,7 +277,7 @@ std::vector<std::string> list_node_channels(const SampleRange& range) {
 Image append_matte_sums(Image part, const SampleRange& range, const MatteSums& mattes) {
   if (mattes.layers.empty()) return part;
   const std::vector<BlockSpan> nodes = list_nodes(range);
-  const std::size_t columns = mattes.layers.size() * nodes.size();
+  const std::size_t columns = mattes.layers.size() * nodes.size();  // node's index runs fastest
   std::vector<std::size_t> counts(columns, 1);  // maximum number of ids per layer and node
   for (std::size_t i = 0; i < mattes.sums.size(); ++i)
     counts[i % columns] = std::max(counts[i % columns], mattes.sums[i].sums().size());
@@ -293,7 +295,7 @@ Image append_matte_sums(Image part, const SampleRange& range, const MatteSums& m
                                image.pixels.data() + i * image_channels);
     for (std::size_t c = 0; c < columns; ++c) {
       auto sums = mattes.sums[i * columns + c].sums();
-      std::sort(sums.begin(), sums.end());
+      std::sort(sums.begin(), sums.end());  // by id, so that the order of hits does not matter
       for (std::size_t index = 0; index < sums.size(); ++index) {
         pixel[2 * index] = sums[index].first;
         pixel[2 * index + 1] = sums[index].second;

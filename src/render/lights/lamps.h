@@ -10,14 +10,14 @@ namespace polymorph {
 
 /// A light: a sphere, a point (radius 0), or a panel that emits on one side.
 struct Lamp {
-  Vec3 position;
+  Vec3 position;  ///< centre
   float radius = 0;
   bool panel = false;
-  Frame frame;  ///< panel: z is the normal of the emitting side
+  Frame frame;  ///< panel: z is the normal of the emitting side, x along the width
   float half_width = 0, half_height = 0;
   Vec3 radiance;    ///< surface radiance; 0 for a point
   Vec3 intensity;   ///< radiant intensity of a point (power per solid angle)
-  Vec3 irradiance;  ///< irradiance at the target
+  Vec3 irradiance;  ///< irradiance at the target, of a surface that faces the lamp
 };
 
 /// Makes a lamp or panel (not a sun). `middle`: the target of a lamp whose settings have none.

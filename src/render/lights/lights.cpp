@@ -135,7 +135,7 @@ Sky make_studio_sky(const Frame& rig, const DistantLight& key, Vec3 floor, float
   // L = floor (key / pi + gain mean + L sweep_mean). The means are cosine-weighted.
   const Vec3 mean = upper_mean(sky, [&](std::size_t i) { return sky.texels[i]; });
   const float sweep_mean = upper_mean(sky, [&](std::size_t i) { return Vec3{sweep[i], 0, 0}; }).x;
-  const float gain = scale * kStudioIrradiance * kInvPi / mean.y;
+  const float gain = scale * kStudioIrradiance * kInvPi / mean.y;  // y: green, of grey light
   const Vec3 direct =
       floor * (key.irradiance * (kInvPi * std::max(0.0f, key.frame.z.y)) + mean * gain);
   const Vec3 returned_fraction = floor * sweep_mean;

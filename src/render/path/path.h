@@ -120,9 +120,9 @@ PM_HD T3 clamp_indirect(const World& world, const PathOf<T3>& path, const T3& li
 
 // The following functions change only the lanes `where`.
 
-/// Adds the sky, of which the ray sees `fraction`: 1 if the ray leaves the scene, the fade of the
-/// floor (FloorPointOf) if it hits that, or 0 if it hits a mesh. Camera rays see the backdrop. For
-/// other rays the calm part replaces what the control variate has added.
+/// Adds the light of the sky, of which the ray sees `fraction`: 1 if the ray leaves the scene, the
+/// fade of the floor (FloorPointOf) if it hits that, or 0 if it hits a mesh. Camera rays see the
+/// backdrop. For other rays the calm part replaces what the control variate has added.
 template <class T3>
 PM_HD_CALL void add_sky(const World& world, PathOf<T3>& path, ComponentOf<T3> fraction,
                         MaskOf<T3> where) {

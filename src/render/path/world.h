@@ -26,7 +26,8 @@ struct World {
   Vec3 center;       ///< centre of a sphere around all meshes
   float radius = 0;  ///< its radius; -infinity without meshes
   LookSettings look;
-  /// Radiance of a white surface under all these lights; unit of the limits of firefly clamping.
+  /// Radiance of a white surface under all these lights: the unit of kIndirectLimit and kDiscLimit
+  /// (path.h).
   float white = 1;
   /// Number of surfaces at which a path may scatter. The first mirrors do not count (kFreeMirrors).
   int max_depth = 4;

@@ -118,7 +118,7 @@ class TracedScene {
   std::vector<MeshToTrace> meshes_;
   Box bounds_;
   float epsilon_ = 0;
-  float max_length_ = 0;  ///< maximum length of a ray
+  float max_length_ = 0;  ///< maximum distance from a ray's origin to a hit
 };
 
 }  // namespace polymorph
