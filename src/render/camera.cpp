@@ -82,7 +82,7 @@ Vec3 rotate_about_y(Vec3 offset, float degrees) {
 }
 
 /// Sets the field of view and orientation, from a given position or from angles.
-void set_direction(Camera& camera, const CameraSettings& settings, Vec3 target) {
+void set_view(Camera& camera, const CameraSettings& settings, Vec3 target) {
   camera.tan_half_fov_y = tangent(0.5f * radians(settings.fov));
   if (settings.position) {
     const Vec3 forward = rotate_about_y(target - *settings.position, settings.orbit);
@@ -133,7 +133,7 @@ ProjectedPoints project_points(const Camera& camera, std::span<const Vec3> point
 Camera frame_points(const CameraSettings& settings, std::span<const Vec3> points, Vec3 target,
                     int width, int height) {
   Camera camera;
-  set_direction(camera, settings, target);
+  set_view(camera, settings, target);
   if (settings.position) {
     camera.position = get_position(settings, target);
     return camera;
@@ -220,7 +220,7 @@ Framing make_framing(std::span<const CameraSettings> poses, std::span<const Vec3
 Camera make_camera(const CameraSettings& settings, const Framing& framing) {
   Camera camera;
   const Vec3 target = settings.target.value_or(framing.middle);
-  set_direction(camera, settings, target);
+  set_view(camera, settings, target);
   if (settings.position) {
     camera.position = get_position(settings, target);
   } else {

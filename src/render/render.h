@@ -74,9 +74,9 @@ struct RenderMesh : MaterialLayer {
   std::span<const std::uint32_t>
       vertex_labels;              ///< values of the label AOV, one per position, or empty
   std::uint32_t first_label = 1;  ///< value of the label AOV for label 0
-  float progress = 0;             ///< progress of the leg, [0, 1]
-  bool moves = true;  ///< changes between frames; with image.steady only such meshes get new noise
-  std::string name;   ///< name in the layer crypto_object
+  float progress = 0;  ///< progress of the leg (the morph from one object to the next), [0, 1]
+  bool moves = true;   ///< changes between frames; with image.steady only such meshes get new noise
+  std::string name;    ///< name in the layer crypto_object
   std::vector<std::string> label_names;  ///< names of vertex_labels in the layer crypto_label
 };
 
@@ -104,12 +104,12 @@ Camera make_camera(const CameraSettings& settings, const Box& box, int width, in
 Camera make_camera(const CameraSettings& settings, std::span<const Vec3> points, int width,
                    int height);
 
-/// Common framing of all poses of a moving camera.
+/// Common framing of all poses of a moving camera. A pose is the camera's settings at one frame.
 struct Framing {
   Vec3 middle;         ///< centre of all objects
   Vec3 anchor;         ///< point that the camera looks at if the settings have no target
   float distance = 1;  ///< distance from the anchor, for the margin `margin` and dolly 1
-  float margin = 0;
+  float margin = 0;    ///< smallest CameraSettings::margin of all poses
 };
 /// Computes a framing at which the points keep the margin when seen from every pose's direction. It
 /// uses the smallest margin and the largest field of view of all poses. If all poses have the same

@@ -81,7 +81,7 @@ class Tile {
     for (int y = 0; y < height_; ++y) {
       CenterRow& row = centers_[y];
       const Pack film_y = broadcast<Pack>(static_cast<float>(top_ + y));
-      for (int k = 0; k < 2; ++k) {
+      for (int k = 0; k < kTile / kLanes; ++k) {
         const Pack film_x = Lanes<Pack>::iota() + static_cast<float>(left_ + k * kLanes);
         row.rays[k] = center_rays<Pack3>(job_.camera, film_x, film_y);
       }
@@ -182,7 +182,7 @@ class Tile {
   /// Copies the hits at the centres of a row's pixels from a GPU's film.
   void copy_device_centers(int y) {
     CenterRow& row = centers_[y];
-    for (int k = 0; k < 2; ++k)
+    for (int k = 0; k < kTile / kLanes; ++k)
       row.intersections[k] = {{}, intersect_floor(job_.world.floor, row.rays[k])};
     for (int x = 0; x < width_; ++x) {
       const MeshHit& hit = job_.device_film->centers[film_index(x, y)];

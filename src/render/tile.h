@@ -51,8 +51,8 @@ struct FrameJob {
   bool needs_motion_test() const { return image.steady && meshes_move && !camera.moves; }
 };
 
-/// Tests whether the picture has mattes or guides, for which the CPU traces camera rays even if a
-/// GPU traces the samples.
+/// Tests whether the picture has mattes (film/cryptomatte.h) or guides (film/denoise.h), for which
+/// the CPU traces camera rays even if a GPU traces the samples.
 inline bool needs_first_hits(const FrameJob& job) {
   return job.mattes->layer_count() > 0 || job.image.denoise;
 }

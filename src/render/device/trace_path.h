@@ -1,5 +1,6 @@
 // Path tracing in a GPU's thread: the loop of integrator.cpp for a single path, with the same
-// functions in the same order, so that the light has the same bits.
+// functions in the same order, so that the light has the same bits. Their masks of lanes are `true`
+// here, for the only path.
 #pragma once
 
 #include "render/device/device_frame.h"
@@ -70,8 +71,8 @@ PM_HD inline PathLight trace_path(const DeviceFrame& frame, const Ray& ray, Samp
     const MeshHit hit = scene.closest(shortened);
     const VertexRandomOf<float> random{
         {frame.sampler, sample.sequence, sample.reversed}, depth, world.direct_only};
-    // A vertex of a single live path. Its row, 0, is not used.
-    VerticesOf<Vec3, ShadowRay> vertex{path, 0, {}, true, {}, shadows};
+    VerticesOf<Vec3, ShadowRay> vertex{path,          /*rows=*/0,      /*origin=*/{},
+                                       /*live=*/true, /*uses_mis=*/{}, shadows};
     if (hit.mesh != kNoMesh) {
       add_hit_lamps(world, path, hit.distance, true);
       add_sky(world, path, 0.0f, true);

@@ -10,7 +10,7 @@
 namespace polymorph {
 
 /// Set of random numbers (PathSamplerOf::get()) of the ray's time. It differs from all sets of path
-/// vertices (VertexRandomOf).
+/// vertices (VertexRandomOf in path/scatter.h).
 inline constexpr std::uint32_t kTimeSet = 4096;
 
 /// Size of the whole picture in pixels.

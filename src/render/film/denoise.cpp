@@ -150,7 +150,7 @@ struct Denoiser::State {
       set_input("albedo", albedo);
       set_input("normal", albedo + 3);
       library.set_filter_bool(filter, "hdr", true);
-      library.set_filter_bool(filter, "cleanAux", true);
+      library.set_filter_bool(filter, "cleanAux", true);  // the guides are denoised already
     }
     library.commit_filter(filter);
     library.execute_filter(filter);

@@ -172,7 +172,7 @@ class Tracer {
     const FloorPointOf<Pack3> point = floor_point(world_.floor, path.ray, distance);
     add_sky(world_, path, point.fade, live);
     path.throughput = path.throughput * (1.0f - point.fade);
-    Vertices vertices{path, rows, {}, live, {}, shadows_};
+    Vertices vertices{path, rows, /*origin=*/{}, live, /*uses_mis=*/{}, shadows_};
     const PackMask continues =
         scatter_on_floor(world_, vertices, point, make_vertex_random(path), stats_);
     path.depth_left = path.depth_left - 1.0f;
@@ -196,7 +196,7 @@ class Tracer {
     }
     const BsdfOf<Pack3> bsdf =
         make_bsdf_at(world_, hit, point.shading, -path.ray.direction, has(path, kScattered));
-    Vertices vertices{path, rows, {}, live, {}, shadows_};
+    Vertices vertices{path, rows, /*origin=*/{}, live, /*uses_mis=*/{}, shadows_};
     return scatter_on_mesh(world_, vertices, point, bsdf, random);
   }
 

@@ -306,8 +306,8 @@ PM_HD MaskOf<T3> scatter_on_mesh(const World& world, VerticesOf<T3, Shadows>& ve
           (sample.c < bsdf.diffuse_probability));
   set(path, kFromCamera, MaskOf<T3>{});
   const MaskOf<T3> mirror =
-      (!bsdf.has_diffuse) & (bsdf.sharpest_alpha < kMirrorAlpha) & (path.mirrors > 0.0f);
-  path.mirrors = path.mirrors - zero_unless(mirror, broadcast<V>(1));
+      (!bsdf.has_diffuse) & (bsdf.sharpest_alpha < kMirrorAlpha) & (path.free_mirrors > 0.0f);
+  path.free_mirrors = path.free_mirrors - zero_unless(mirror, broadcast<V>(1));
   path.depth_left = path.depth_left - zero_unless(!mirror, broadcast<V>(1));
   // A direction below the triangle but above the shading normal's horizon carries no light, so the
   // control variate is subtracted again.

@@ -224,7 +224,7 @@ TracedScene::TracedScene(const std::vector<RenderMesh>& meshes, float shutter,
   for (MeshToTrace& mesh : meshes_) {
     mesh.margin2 = margin * margin;
     // The factor covers rounding of the product.
-    mesh.clear = 1.000001 * margin * longest_edge(mesh);
+    mesh.near_limit = 1.000001 * margin * longest_edge(mesh);
   }
   const Vec3 pad = Vec3{1, 1, 1} * epsilon_;
   bounds_ = {low - pad, high + pad};

@@ -63,7 +63,7 @@ void for_intersected(const RTCFilterFunctionNArguments* args, const F& f) {
     const EdgeFunctions edges =
         compute_edge_functions(traced, traced.mesh->triangles[triangle], ray, d);
     bool any_hit = false;
-    if (edges.closest() > traced.clear || !edges.near_any(traced.margin2)) {
+    if (edges.closest() > traced.near_limit || !edges.near_any(traced.margin2)) {
       any_hit = edges.inside() && accept(triangle, compute_intersection(edges, d));
     } else {
       // Embree may report only one of several triangles at the edge.
@@ -77,6 +77,8 @@ void for_intersected(const RTCFilterFunctionNArguments* args, const F& f) {
   }
 }
 
+/// Callback for closest(): stores the hit in the query if it is the nearest so far. Of equally near
+/// hits, the one with the lowest mesh and then the lowest triangle counts.
 void accept_nearest(const RTCFilterFunctionNArguments* args) {
   auto& query = *reinterpret_cast<Query*>(args->context);
   for_intersected(args, [&](unsigned lane, unsigned i, std::uint32_t triangle,
@@ -98,6 +100,7 @@ void accept_nearest(const RTCFilterFunctionNArguments* args) {
   });
 }
 
+/// Callback for test_occlusion().
 void accept_any(const RTCFilterFunctionNArguments* args) {
   for_intersected(
       args, [](unsigned, unsigned, std::uint32_t, const TriangleIntersection&) { return true; });

@@ -13,7 +13,7 @@ struct TracedMeshOf {
   const Mesh* mesh = nullptr;
   float shutter = 0;   ///< time that the shutter is open, in frames
   double margin2 = 0;  ///< square of the maximum error of Embree's floats, in scene units squared
-  double clear = 0;    ///< a ray whose edge functions all exceed this in magnitude is near no edge
+  double near_limit = 0;  ///< no edge is near if the edge functions all exceed this in magnitude
   /// The triangles around vertex v are fans[fan_begin[v]] ... fans[fan_begin[v + 1] - 1].
   Indices fan_begin, fans;
 
@@ -127,7 +127,7 @@ PM_HD bool intersects_triangle(const Traced& traced, std::uint32_t triangle, con
   const EdgeFunctions edges =
       compute_edge_functions(traced, traced.mesh->triangles[triangle], ray, d);
   if (!edges.inside()) return false;
-  if (edges.closest() <= traced.clear && edges.near_any(traced.margin2) &&
+  if (edges.closest() <= traced.near_limit && edges.near_any(traced.margin2) &&
       !EdgeNeighborhood(traced, ray).is_covered(triangle, edges))
     return false;
   intersection = compute_intersection(edges, d);
