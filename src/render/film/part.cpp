@@ -138,7 +138,8 @@ Status check_equal(const Part& a, const Part& b, const std::vector<std::string>&
   return Ok{};
 }
 
-/// Merges parts that have been checked.
+/// Merges parts that have been checked. `mattes`: its layers are given; if the result is a larger
+/// part, its sums are set.
 class Merger {
  public:
   Merger(std::span<const Part> parts, const std::vector<std::vector<NodeChannels>>& part_nodes,
@@ -183,6 +184,7 @@ class Merger {
   }
 
   void merge_pixel(std::size_t i) {
+    // Sums of light: their mean colour, or the larger part's nodes.
     float* pixel = &film_.pixels[i * film_.channel_count()];
     SampleSums<PixelSum> sums;
     for (std::size_t p = 0; p < parts_.size(); ++p)
@@ -195,8 +197,10 @@ class Merger {
       for (std::size_t n = 0; n < nodes.size(); ++n)
         write_node(nodes[n].sum, pixel + n * kNodeChannels);
     }
+    // Channels that do not depend on samples are the same in all parts.
     float* next_channel = pixel + first_other_;
     for (const int channel : other_channels_) *next_channel++ = find_pixel(0, i)[channel];
+    // Mattes: ranked coverages, or the larger part's nodes.
     for (std::size_t layer = 0; layer < mattes_.layers.size(); ++layer) {
       SampleSums<MattePixel> matte;
       for (std::size_t p = 0; p < parts_.size(); ++p)

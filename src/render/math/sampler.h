@@ -108,8 +108,8 @@ class PathSamplerOf {
       : key_(frame.key + sequence * 0x9e3779b97f4a7c15ull), reversed_index_(reversed_index) {}
 
   /// Returns the numbers of a set, a group of four dimensions. Set 0 is for the pixel filter and
-  /// the lens, set 1 + v for path vertex v; others are in camera_rays.h
-  /// (kTimeSet) and scatter.h (VertexRandomOf).
+  /// the lens, set 1 + v for path vertex v. camera_rays.h (kTimeSet) and scatter.h (VertexRandomOf)
+  /// list the other sets.
   PM_HD_CALL Sample4Of<V> get(std::uint32_t set) const {
     Sample4Of<V> numbers;
     draw_pair(mix64(key_ ^ (2 * set)), numbers.a, numbers.b);
