@@ -101,6 +101,7 @@ Vec3 get_position(const CameraSettings& settings, Vec3 target) {
   return target + rotate_about_y(*settings.position - target, settings.orbit) * settings.dolly;
 }
 
+/// Sets lens and shutter. Without a given focus the target is sharp, if it is before the camera.
 void set_lens(Camera& camera, const CameraSettings& settings, Vec3 target) {
   camera.lens_radius = 0.5f * settings.aperture;
   camera.focus =

@@ -25,8 +25,8 @@ namespace polymorph {
 /// follow the mesh's triangles. All members are borrowed.
 struct MaterialBorders {
   const Model* model = nullptr;
-  const ClosestPointQuery* closest = nullptr;
-  std::span<const BorderTriangle> triangles;
+  const ClosestPointQuery* closest = nullptr;  ///< search on the model's surface
+  std::span<const BorderTriangle> triangles;   ///< the mesh's triangles that cross a border
   /// Per mesh triangle: its index in `triangles`, or TransferredMaterials::kNoBorder. Empty: there
   /// are no borders.
   std::span<const std::uint32_t> border_index;

@@ -18,7 +18,8 @@ namespace {
 
 constexpr int kPixels = kTile * kTile;
 
-/// Projects a direction to the film: pixels from the image's centre, x right, y down.
+/// Projects a direction to the film: pixels from the image's centre, x right, y down. A direction
+/// that does not point forward lands very far from the centre.
 Vec2 project_to_film(const Camera& camera, const ImageSettings& image, Vec3 direction) {
   const float scale = static_cast<float>(image.height) /
                       (2 * camera.tan_half_fov_y * std::max(dot(direction, camera.forward), 1e-6f));
@@ -148,7 +149,7 @@ class Tile {
       for (int x = 0; x < width_; ++x) {
         const Ray ray = lane(row.rays[x / kLanes], x % kLanes);
         FirstHit hit = first_hit(job_.world, ray, lane(row.intersections[x / kLanes], x % kLanes));
-        // Convert the distance along the ray to the distance along the view axis.
+        // From the distance along the ray to that along the view axis.
         if (hit.id > 0) hit.depth *= dot(ray.direction, job_.camera.camera.forward);
         hit.motion = compute_motion(hit, ray.direction);
         float* pixel = &film.at(left_ + x, top_ + y, job_.first_aov);

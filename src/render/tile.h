@@ -37,7 +37,7 @@ struct FrameJob {
   bool meshes_move = false;  ///< whether any mesh moves
   ImageSettings image;
   FrameSampler sampler;
-  std::vector<const Aov*> aovs;
+  std::vector<const Aov*> aovs;  ///< AOV channels of the film, in order
   const Mattes* mattes = nullptr;
   SampleRange samples;  ///< samples to take
   int first_aov = 4;    ///< index of the first AOV's channel in the film

@@ -27,8 +27,8 @@ Lamp make_lamp(const LampSettings& settings, Vec3 middle);
 template <class T3>
 struct LampSampleOf {
   T3 direction{};
-  ComponentOf<T3> distance{};
-  ComponentOf<T3> pdf{};  ///< per solid angle; 0 = a point, or no light arrives
+  ComponentOf<T3> distance{};  ///< distance of the lamp
+  ComponentOf<T3> pdf{};       ///< per solid angle; 0 = a point, or no light arrives
   T3 power{};  ///< radiance / pdf, or intensity / distance^2 of a point; 0 = no light arrives
 };
 using LampSample = LampSampleOf<Vec3>;

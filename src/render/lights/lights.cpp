@@ -41,7 +41,7 @@ float soft_box_brightness(const SoftBox& box, Vec3 d) {
   const Vec3 sideways{cosine(a), 0, -sine(a)};
   const Vec3 upward = cross(center, sideways);
   const float facing = dot(d, center);
-  if (facing <= 0.01f) return 0;
+  if (facing <= 0.01f) return 0;  // d misses the tangent plane, or meets it far away
   const float x = std::fabs(dot(d, sideways) / facing), y = std::fabs(dot(d, upward) / facing);
   const float edge_distance = std::sqrt(square(std::max(x - box.half_width + box.edge, 0.0f)) +
                                         square(std::max(y - box.half_height + box.edge, 0.0f)));

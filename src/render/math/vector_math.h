@@ -49,7 +49,7 @@ PM_HD inline ComponentOf<T3> min_component(T3 a) {
 }
 template <class T3>
 PM_HD inline ComponentOf<T3> luminance(T3 c) {
-  return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z;
+  return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z;  // Rec. 709
 }
 template <class V>
 PM_HD inline V smoothstep(float low, float high, V x) {

@@ -26,7 +26,7 @@ struct RayDevice {
     void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
   };
   std::unique_ptr<RTCDeviceTy, Release> device;
-  std::string isa;
+  std::string isa;  ///< name of the instruction set in use (make_ray_device() lists them)
 
   /// The first error reported by Embree's callback; written on any thread.
   struct Report {
