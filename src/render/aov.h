@@ -16,11 +16,11 @@ struct FirstHit {
   Vec3 normal;          ///< shading normal, world space
   float id = 0;         ///< RenderMesh::id; 1 = the floor, 0 = no hit
   Vec3 position;        ///< world space
-  Vec3 next;            ///< position in the next frame
+  Vec3 next;            ///< position of the same surface point in the next frame
   Vec3 albedo;          ///< base colour with its texture
   Vec2 uv;              ///< texture coordinates
   Vec2 motion;          ///< pixels to the next frame, x to the right, y down; 0 in the last frame
-  float progress = 0;   ///< progress of the leg, [0, 1]
+  float progress = 0;   ///< progress of the morph (RenderMesh), [0, 1]; 0 on the floor
   float t = 0;          ///< time within the sequence, [0, 1]
   float label = 0;      ///< label of the nearest vertex, from 1; 0 = none
 };
@@ -29,7 +29,7 @@ struct FirstHit {
 struct Aov {
   const char* layer;  ///< name in image.aovs (scene.h lists them)
   const char* channel;
-  float (*value)(const FirstHit&);
+  float (*value)(const FirstHit&);  ///< reads the channel's value
 };
 
 inline constexpr Aov kAovs[] = {

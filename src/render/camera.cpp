@@ -82,7 +82,7 @@ Vec3 rotate_about_y(Vec3 offset, float degrees) {
 }
 
 /// Sets the field of view and orientation, from a given position or from angles.
-void set_direction(Camera& camera, const CameraSettings& settings, Vec3 target) {
+void set_view(Camera& camera, const CameraSettings& settings, Vec3 target) {
   camera.tan_half_fov_y = tangent(0.5f * radians(settings.fov));
   if (settings.position) {
     const Vec3 forward = rotate_about_y(target - *settings.position, settings.orbit);
@@ -101,6 +101,7 @@ Vec3 get_position(const CameraSettings& settings, Vec3 target) {
   return target + rotate_about_y(*settings.position - target, settings.orbit) * settings.dolly;
 }
 
+/// Sets lens and shutter. Without a given focus the target is sharp, if it is before the camera.
 void set_lens(Camera& camera, const CameraSettings& settings, Vec3 target) {
   camera.lens_radius = 0.5f * settings.aperture;
   camera.focus =
@@ -108,7 +109,8 @@ void set_lens(Camera& camera, const CameraSettings& settings, Vec3 target) {
   camera.shutter = settings.shutter;
 }
 
-/// Fraction of the picture's half height or width that the margins leave.
+/// Fraction of the picture's half height or width that the margins leave, at least a tenth: margins
+/// of a half would leave nothing.
 float usable_fraction(float margin) { return std::max(0.1f, 1 - 2 * margin); }
 
 /// Coordinates of points relative to the target, for the picture's x and y axis.
@@ -127,10 +129,12 @@ ProjectedPoints project_points(const Camera& camera, std::span<const Vec3> point
   return result;
 }
 
+/// Makes a camera without a lens: at the given position, or at the smallest distance at which the
+/// points keep the margin.
 Camera frame_points(const CameraSettings& settings, std::span<const Vec3> points, Vec3 target,
                     int width, int height) {
   Camera camera;
-  set_direction(camera, settings, target);
+  set_view(camera, settings, target);
   if (settings.position) {
     camera.position = get_position(settings, target);
     return camera;
@@ -140,6 +144,7 @@ Camera frame_points(const CameraSettings& settings, std::span<const Vec3> points
   const float ty = camera.tan_half_fov_y * usable_fraction(settings.margin);
   const float tx = ty * static_cast<float>(width) / static_cast<float>(height);
   if (settings.target) {
+    // The view axis must pass through the given target.
     const float d = std::max(smallest_centered_distance(x, tx), smallest_centered_distance(y, ty));
     camera.position = target - camera.forward * (d * settings.dolly);
     return camera;
@@ -216,7 +221,7 @@ Framing make_framing(std::span<const CameraSettings> poses, std::span<const Vec3
 Camera make_camera(const CameraSettings& settings, const Framing& framing) {
   Camera camera;
   const Vec3 target = settings.target.value_or(framing.middle);
-  set_direction(camera, settings, target);
+  set_view(camera, settings, target);
   if (settings.position) {
     camera.position = get_position(settings, target);
   } else {

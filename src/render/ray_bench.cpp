@@ -52,15 +52,15 @@ class BareScene {
     query.ray = {ray.origin.x,
                  ray.origin.y,
                  ray.origin.z,
-                 1e-4f,
+                 1e-4f,  // tnear
                  ray.direction.x,
                  ray.direction.y,
                  ray.direction.z,
-                 0,
+                 0,  // time
                  INFINITY,
-                 ~0u,
-                 0,
-                 0};
+                 ~0u,  // mask
+                 0,    // id
+                 0};   // flags
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
@@ -95,7 +95,8 @@ class BareScene {
   RTCScene scene_ = rtcNewScene(device_);
 };
 
-/// Makes one ray per pixel, in blocks of 4 x 4 pixels.
+/// Makes one ray per pixel, in blocks of 4 x 4 pixels, each of which is a packet. Pixels of
+/// incomplete blocks at the right and lower edge are omitted.
 std::vector<Ray> make_camera_rays(const Camera& camera, int width, int height) {
   std::vector<Ray> rays;
   const float scale = 2 * camera.tan_half_fov_y / static_cast<float>(height);

@@ -10,17 +10,17 @@ namespace polymorph {
 
 class DeviceTracer;
 
-/// One benchmark loop: its number of rays, and the seconds of each run.
+/// One benchmark loop.
 struct RayLoop {
   const char* name;
-  std::size_t rays = 0;
-  std::vector<double> seconds;
+  std::size_t rays = 0;         ///< rays of one run
+  std::vector<double> seconds;  ///< per run
 };
 
-/// Runs every loop `repeats` times, in turn, so that noise of the machine affects all alike. The
-/// loops are: camera rays in plain Embree singly and in packets of 16, camera rays in the renderer,
-/// and rays that leave the surface in random directions in plain Embree and in the renderer.
-/// `scene` must have one mesh. Errors: kResource.
+/// Runs every loop `repeats` times after a warm-up run. The loops take turns, so that noise of the
+/// machine affects all alike. They are: camera rays in plain Embree singly and in packets of 16,
+/// camera rays in the renderer, and rays that leave the surface in random directions in plain
+/// Embree and in the renderer. `scene` must have one mesh. Errors: kResource.
 Result<std::vector<RayLoop>> measure_rays(const RenderScene& scene, int width, int height,
                                           int repeats);
 

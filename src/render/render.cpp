@@ -24,8 +24,8 @@ constexpr float kFilterRadius = 1.35f;
 
 /// All inputs of a sky, which is recomputed only if one of them changes.
 struct SkyKey {
-  Frame rig;
-  DistantLight key;
+  Frame rig;  ///< make_rig(); its z determines x and y
+  DistantLight key_light;
   Vec3 floor;
   float scale = 0;
   std::shared_ptr<const Image> image;
@@ -34,17 +34,17 @@ struct SkyKey {
   float turbidity = 3;
 };
 bool is_equal(const SkyKey& a, const SkyKey& b) {
-  return a.rig.z == b.rig.z && a.key.frame.z == b.key.frame.z &&
-         a.key.irradiance == b.key.irradiance && a.floor == b.floor && a.scale == b.scale &&
-         a.image == b.image && a.domain == b.domain && a.kind == b.kind &&
+  return a.rig.z == b.rig.z && a.key_light.frame.z == b.key_light.frame.z &&
+         a.key_light.irradiance == b.key_light.irradiance && a.floor == b.floor &&
+         a.scale == b.scale && a.image == b.image && a.domain == b.domain && a.kind == b.kind &&
          a.turbidity == b.turbidity;
 }
 
 Sky make_sky(const SkyKey& key) {
   if (key.image) return make_image_sky(*key.image, key.scale, key.domain);
   if (key.kind == SkyKind::kDay)
-    return make_day_sky(key.key, key.floor, key.turbidity, key.scale, key.domain);
-  return make_studio_sky(key.rig, key.key, key.floor, key.scale, key.domain);
+    return make_day_sky(key.key_light, key.floor, key.turbidity, key.scale, key.domain);
+  return make_studio_sky(key.rig, key.key_light, key.floor, key.scale, key.domain);
 }
 
 /// Radiance of a white surface that receives the light of the sky and of all suns and lamps.
@@ -201,7 +201,7 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
     state.sky_key = sky_key;
   }
 
-  // Everything that the tiles of the film share.
+  // The job that all tiles of the film share.
   FrameJob job;
   World& world = job.world;
   world.geometry = &geometry;
@@ -257,7 +257,7 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   Image film = make_image(image.width, image.height, list_traced_channels(job, part));
   film.attributes = mattes.attributes();
   const int columns = (image.width + kTile - 1) / kTile, rows = (image.height + kTile - 1) / kTile;
-  // One per tile, and the last one for the GPU.
+  // Statistics per tile, and last those of the GPU.
   std::vector<RayStats> tile_stats(static_cast<std::size_t>(columns) * rows + 1);
   DeviceFilm device_film;
   if (state.trace_on_device(job, device_film, tile_stats.back())) job.device_film = &device_film;

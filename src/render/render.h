@@ -25,22 +25,23 @@ namespace polymorph {
 /// follow the mesh's triangles. All members are borrowed.
 struct MaterialBorders {
   const Model* model = nullptr;
-  const ClosestPointQuery* closest = nullptr;
-  std::span<const BorderTriangle> triangles;
+  const ClosestPointQuery* closest = nullptr;  ///< search on the model's surface
+  std::span<const BorderTriangle> triangles;   ///< the mesh's triangles that cross a border
   /// Per mesh triangle: its index in `triangles`, or TransferredMaterials::kNoBorder. Empty: there
   /// are no borders.
   std::span<const std::uint32_t> border_index;
 
-  /// The model's material and texture coordinates at a point of border triangle `border`.
+  /// The model's material and texture coordinates at a point of triangles[border]; `u` and `v` as
+  /// for texture_point().
   TexturePoint at(std::uint32_t border, float u, float v) const;
 };
 
 /// Materials and texture coordinates of a mesh. Spans are borrowed.
 struct MaterialLayer {
-  std::span<const Vec2> corner_uvs;                   ///< 3 per triangle, or empty
+  std::span<const Vec2> corner_uvs;  ///< 3 per triangle, or empty; then textures are not used
   std::span<const std::uint32_t> triangle_materials;  ///< one per triangle, or empty = material 0
   std::span<const Material> materials;                ///< empty = RenderScene::look instead
-  std::span<const std::shared_ptr<const Image>> textures;
+  std::span<const std::shared_ptr<const Image>> textures;  ///< indexed by Material::texture
   MaterialBorders borders = {};
 };
 
@@ -60,22 +61,22 @@ struct RenderMesh : MaterialLayer {
   std::span<const Vec3> vertex_normals;  ///< one per position, or empty
   std::span<const Vec3>
       corner_normals;            ///< 3 per triangle, or empty; used when vertex_normals is empty
-  std::vector<MixedLayer> over;  ///< layers blended over this one, in this order
+  std::vector<MixedLayer> over;  ///< layers blended over this one, the lowest first
   /// Scene-linear colours, one per position, or empty. They are blended over the layers' colours.
   std::span<const Vec3> vertex_colors;
   float vertex_color_opacity = 0;  ///< [0, 1]
   float look = 0;  ///< weight of RenderScene::look, [0, 1]; the mesh's materials have the rest
   float id = 0;    ///< written to the id AOV; above 1, because 1 is the ground and 0 no hit
   std::span<const Vec3>
-      displacement;  ///< displacement to the next frame, one per position, or empty
+      displacement;  ///< motion to the next frame, one per position; empty = static
   /// Values of the morph AOV, one per position; empty = `progress`.
   std::span<const float> vertex_progress;
   std::span<const std::uint32_t>
       vertex_labels;              ///< values of the label AOV, one per position, or empty
-  std::uint32_t first_label = 1;  ///< value that is written for label 0
-  float progress = 0;             ///< progress of the leg, [0, 1]
-  bool moves = true;  ///< changes between frames; with image.steady only such meshes get new noise
-  std::string name;   ///< name in the layer crypto_object
+  std::uint32_t first_label = 1;  ///< value of the label AOV for label 0
+  float progress = 0;  ///< progress of the leg (the morph from one object to the next), [0, 1]
+  bool moves = true;   ///< changes between frames; with image.steady only such meshes get new noise
+  std::string name;    ///< name in the layer crypto_object
   std::vector<std::string> label_names;  ///< names of vertex_labels in the layer crypto_label
 };
 
@@ -96,19 +97,19 @@ struct Camera {
 };
 
 /// Makes a camera that frames a box. Its distance is the smallest at which the box's 8 corners keep
-/// settings.margin, unless the settings fix the position. settings.orbit is the angle by which the
-/// camera has orbited so far.
+/// settings.margin, unless the settings fix the position. settings.orbit is the angle, in degrees,
+/// by which the camera has orbited so far.
 Camera make_camera(const CameraSettings& settings, const Box& box, int width, int height);
 /// Makes a camera that frames points, more tightly than their box.
 Camera make_camera(const CameraSettings& settings, std::span<const Vec3> points, int width,
                    int height);
 
-/// Common framing of all poses of a moving camera.
+/// Common framing of all poses of a moving camera. A pose is the camera's settings at one frame.
 struct Framing {
   Vec3 middle;         ///< centre of all objects
   Vec3 anchor;         ///< point that the camera looks at if the settings have no target
   float distance = 1;  ///< distance from the anchor, for the margin `margin` and dolly 1
-  float margin = 0;
+  float margin = 0;    ///< smallest CameraSettings::margin of all poses
 };
 /// Computes a framing at which the points keep the margin when seen from every pose's direction. It
 /// uses the smallest margin and the largest field of view of all poses. If all poses have the same
@@ -191,7 +192,7 @@ class Renderer {
     double build_seconds = 0, trace_seconds = 0, denoise_seconds = 0;
     std::uint64_t rays = 0, paths = 0;
   };
-  Stats stats() const;  ///< statistics of the last call
+  Stats stats() const;  ///< statistics of the last call of render()
   std::string isa() const;
 
  private:

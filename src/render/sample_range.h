@@ -1,5 +1,5 @@
-// Sample ranges: "0-15/64" are the first 16 of a picture's 64 samples per pixel, rendered as a
-// part.
+// Sample ranges: "0-15/64" are the first 16 of a picture's 64 samples per pixel, rendered as a part
+// of the picture (film/part.h).
 #pragma once
 
 #include <string>

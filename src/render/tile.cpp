@@ -18,7 +18,8 @@ namespace {
 
 constexpr int kPixels = kTile * kTile;
 
-/// Projects a direction to the film: pixels from the image's centre, x right, y down.
+/// Projects a direction to the film: pixels from the image's centre, x right, y down. A direction
+/// that does not point forward lands very far from the centre.
 Vec2 project_to_film(const Camera& camera, const ImageSettings& image, Vec3 direction) {
   const float scale = static_cast<float>(image.height) /
                       (2 * camera.tan_half_fov_y * std::max(dot(direction, camera.forward), 1e-6f));
@@ -81,14 +82,15 @@ class Tile {
     for (int y = 0; y < height_; ++y) {
       CenterRow& row = centers_[y];
       const Pack film_y = broadcast<Pack>(static_cast<float>(top_ + y));
-      for (int k = 0; k < 2; ++k) {
+      for (int k = 0; k < kTile / kLanes; ++k) {
         const Pack film_x = Lanes<Pack>::iota() + static_cast<float>(left_ + k * kLanes);
         row.rays[k] = center_rays<Pack3>(job_.camera, film_x, film_y);
       }
       if (job_.device_film)
         copy_device_centers(y);
       else
-        intersect_closest(job_.world, row.rays, row.intersections, width_, true, stats_);
+        intersect_closest(job_.world, row.rays, row.intersections, width_, /*coherent=*/true,
+                          stats_);
       if (!steady) continue;
       for (int x = 0; x < width_; ++x) {
         const std::uint32_t mesh = row.intersections[x / kLanes].mesh.mesh[x % kLanes];
@@ -181,7 +183,7 @@ class Tile {
   /// Copies the hits at the centres of a row's pixels from a GPU's film.
   void copy_device_centers(int y) {
     CenterRow& row = centers_[y];
-    for (int k = 0; k < 2; ++k)
+    for (int k = 0; k < kTile / kLanes; ++k)
       row.intersections[k] = {{}, intersect_floor(job_.world.floor, row.rays[k])};
     for (int x = 0; x < width_; ++x) {
       const MeshHit& hit = job_.device_film->centers[film_index(x, y)];
@@ -248,7 +250,7 @@ class Tile {
         set_lane(pack.direction, i % kLanes, ray.direction);
         pack.time[i % kLanes] = ray.time;
       }
-      intersect_closest(job_.world, rays, intersections, count, true, stats_);
+      intersect_closest(job_.world, rays, intersections, count, /*coherent=*/true, stats_);
       for (int i = 0; i < count; ++i)
         add_matte_and_guide(first + i, lane(intersections[i / kLanes], i % kLanes));
     }
@@ -289,8 +291,8 @@ class Tile {
     for (int i = first; i < end; ++i) wave_.rays[i] = lane(rays, i - first);
   }
 
-  /// Marks the pixels that are done after their first `samples` samples. Returns whether any pixels
-  /// are left.
+  /// Marks the pixels that are done after their first `samples` samples: those that have converged
+  /// or, if a GPU has traced the samples, those that have no more. Returns whether any are left.
   bool mark_done(int samples) {
     if (!job_.device_film)
       return mark_converged(
@@ -322,7 +324,7 @@ class Tile {
   RayStats& stats_;
   const int left_, top_, width_, height_;
   std::array<SampleSums<PixelSum>, kPixels> sums_{};
-  std::array<bool, kPixels> done_{};
+  std::array<bool, kPixels> done_{};            ///< pixels that get no more samples
   std::vector<SampleSums<MattePixel>> mattes_;  ///< one per pixel and layer
   std::vector<SampleSums<GuideSum>> guides_;    ///< one per pixel, or empty without denoising
   /// Rays through the centres of a row's pixels.

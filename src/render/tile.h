@@ -21,11 +21,12 @@ namespace polymorph {
 /// Sums and hits that a GPU has found for the pixels of a frame, in rows from the upper left.
 /// Borrowed.
 struct DeviceFilm {
-  std::vector<BlockSpan> nodes;  ///< nodes that sum the frame's samples
-  /// One sum per pixel and node. A pixel that has converged early has fewer samples, and no samples
-  /// in the remaining sums.
+  std::vector<BlockSpan> nodes;  ///< nodes that sum the frame's samples (list_nodes())
+  /// One sum per pixel and node; the node's index runs fastest. A pixel that has converged early
+  /// has fewer samples, and no samples in the remaining sums.
   std::span<const PixelSum> sums;
-  std::span<const MeshHit> centers;  ///< hits of the rays through pixels' centres, or empty
+  /// Hits of the rays through pixels' centres; empty if neither AOVs nor the motion test need them.
+  std::span<const MeshHit> centers;
 };
 
 /// Data that all tiles of a frame share.
@@ -36,7 +37,7 @@ struct FrameJob {
   bool meshes_move = false;  ///< whether any mesh moves
   ImageSettings image;
   FrameSampler sampler;
-  std::vector<const Aov*> aovs;
+  std::vector<const Aov*> aovs;  ///< AOV channels of the film, in order
   const Mattes* mattes = nullptr;
   SampleRange samples;  ///< samples to take
   int first_aov = 4;    ///< index of the first AOV's channel in the film
@@ -50,8 +51,8 @@ struct FrameJob {
   bool needs_motion_test() const { return image.steady && meshes_move && !camera.moves; }
 };
 
-/// Tests whether the picture has mattes or guides, for which the CPU traces camera rays even if a
-/// GPU traces the samples.
+/// Tests whether the picture has mattes (film/cryptomatte.h) or guides (film/denoise.h), for which
+/// the CPU traces camera rays even if a GPU traces the samples.
 inline bool needs_first_hits(const FrameJob& job) {
   return job.mattes->layer_count() > 0 || job.image.denoise;
 }

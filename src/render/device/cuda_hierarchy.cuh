@@ -22,10 +22,11 @@ __device__ inline int thread_index() {
 
 /// Arrays of a hierarchy under construction, in device memory.
 struct Arrays {
-  BvhTriangle *unsorted, *triangles;
-  std::uint32_t *positions, *sorted_positions, *order, *sorted_order;
-  BvhCluster* clusters[2];
-  int* nearest;
+  BvhTriangle *unsorted, *triangles;  ///< in the meshes' order, and in the order along the curve
+  std::uint32_t *positions, *sorted_positions;  ///< curve_position() of each triangle
+  std::uint32_t *order, *sorted_order;          ///< index in `unsorted` of each position
+  BvhCluster* clusters[2];                      ///< before and after a round, in turn
+  int* nearest;                                 ///< nearest_cluster() of each cluster
   unsigned long long* slots;  ///< per cluster, and one for the end; see count_slots()
   BvhNode* nodes;
 };

@@ -91,7 +91,7 @@ DeviceTracedMesh pack_mesh(const MeshToTrace& traced, Packer& packer) {
   mesh.vertex_color_opacity = from.vertex_color_opacity;
   mesh.look = from.look;
   mesh.moves = from.moves;
-  return {packer.put(&mesh, 1),         traced.shutter,         traced.margin2, traced.clear,
+  return {packer.put(&mesh, 1),         traced.shutter,         traced.margin2, traced.near_limit,
           packer.put(traced.fan_begin), packer.put(traced.fans)};
 }
 

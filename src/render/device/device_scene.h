@@ -77,8 +77,8 @@ struct DeviceScene {
     Box box;
     for (const std::uint32_t v : traced.mesh->triangles[t.triangle].v)
       box = extend(extend(box, traced.at(v, 0)), traced.at(v, 1));
-    // The margin is 64 units in the last place of the longest ray's length; enter() is off by a
-    // few.
+    // The margin is 64 units in the last place of the longest ray's length; find_entry() is off by
+    // a few.
     const float pad = slack * 0x1p-4f;
     return {box.low - Vec3{pad, pad, pad}, box.high + Vec3{pad, pad, pad}};
   }
@@ -119,7 +119,7 @@ struct DeviceScene {
   }
   /// Computes the distance at which a ray enters a box, or infinity for a miss. The result may
   /// differ between processors; the boxes' margin is larger than its error.
-  PM_HD static float enter(const Box& box, const BoxRay& ray, float far) {
+  PM_HD static float find_entry(const Box& box, const BoxRay& ray, float far) {
 #if defined(__CUDA_ARCH__)
     const auto at = [](float p, float inverse, float shift) {
       return __fmaf_rn(p, inverse, shift);
@@ -202,8 +202,8 @@ struct DeviceScene {
       // triangles together (Aila and Laine 2009).
       while (next < kEnd) {
         const BvhNode node = load_node(nodes.data(), next);
-        const float left = enter(node.boxes[0], box_ray, far),
-                    right = enter(node.boxes[1], box_ray, far);
+        const float left = find_entry(node.boxes[0], box_ray, far),
+                    right = find_entry(node.boxes[1], box_ray, far);
         const auto left_child = static_cast<std::uint32_t>(node.children[0]),
                    right_child = static_cast<std::uint32_t>(node.children[1]);
         const bool left_first = left <= right;

@@ -1,5 +1,6 @@
 // Path tracing in a GPU's thread: the loop of integrator.cpp for a single path, with the same
-// functions in the same order, so that the light has the same bits.
+// functions in the same order, so that the light has the same bits. Their masks of lanes are `true`
+// here, for the only path.
 #pragma once
 
 #include "render/device/device_frame.h"
@@ -70,8 +71,8 @@ PM_HD inline PathLight trace_path(const DeviceFrame& frame, const Ray& ray, Samp
     const MeshHit hit = scene.closest(shortened);
     const VertexRandomOf<float> random{
         {frame.sampler, sample.sequence, sample.reversed}, depth, world.direct_only};
-    // The packet of this vertex has one live path.
-    VerticesOf<Vec3, ShadowRay> vertex{path, 0, {}, true, {}, shadows};
+    VerticesOf<Vec3, ShadowRay> vertex{path,          /*rows=*/0,      /*origin=*/{},
+                                       /*live=*/true, /*uses_mis=*/{}, shadows};
     if (hit.mesh != kNoMesh) {
       add_hit_lamps(world, path, hit.distance, true);
       add_sky(world, path, 0.0f, true);
@@ -135,7 +136,7 @@ PM_HD inline PathLight trace_sample(const DeviceFrame& frame, int x, int y, std:
 }
 
 /// Sums the lights of the samples [first, end) of a pixel into their nodes, as SampleSums does.
-/// `continues`: at first, nodes[0] is the sum of all earlier samples.
+/// `continues`: on entry nodes[0] is the sum of all samples before `first`.
 PM_HD inline void sum_samples(const PathLight* lights, int first, int end, bool continues,
                               PixelSum* nodes) {
   // A range has at most 2^12 blocks (kMaxSamples). Its nodes have 13 sizes, at most two nodes each.
@@ -171,8 +172,8 @@ PM_HD inline int count_tiles(const DeviceFrame& frame) {
   return tiles(frame.camera.size.width) * tiles(frame.camera.size.height);
 }
 
-/// Marks the converged pixels of a tile as done; returns whether any are left. `sums` and `done`
-/// are arrays of the whole picture.
+/// Marks the converged pixels of a tile as done; returns whether any pixels of it are left. `sums`
+/// and `done` are arrays of the whole picture.
 PM_HD inline bool mark_tile(const DeviceFrame& frame, int tile, const PixelSum* sums, bool* done) {
   const int width = frame.camera.size.width, height = frame.camera.size.height;
   const int columns = (width + kTile - 1) / kTile;
@@ -181,9 +182,9 @@ PM_HD inline bool mark_tile(const DeviceFrame& frame, int tile, const PixelSum* 
     return static_cast<std::size_t>(top + y) * static_cast<std::size_t>(width) +
            static_cast<std::size_t>(left + x);
   };
-  const auto side = [](int remaining) { return remaining < kTile ? remaining : kTile; };
+  const auto tile_size = [](int remaining) { return remaining < kTile ? remaining : kTile; };
   return mark_converged(
-      side(width - left), side(height - top), frame.noise,
+      tile_size(width - left), tile_size(height - top), frame.noise,
       [&](int x, int y) { return sums[pixel(x, y) * static_cast<std::size_t>(frame.node_count)]; },
       [&](int x, int y) -> bool& { return done[pixel(x, y)]; });
 }

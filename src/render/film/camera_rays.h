@@ -9,7 +9,8 @@
 
 namespace polymorph {
 
-/// PathSampler set of the ray's time. Path vertices do not use it (VertexRandomOf).
+/// Set of random numbers (PathSamplerOf::get()) of the ray's time. It differs from all sets of path
+/// vertices (VertexRandomOf in path/scatter.h).
 inline constexpr std::uint32_t kTimeSet = 4096;
 
 /// Size of the whole picture in pixels.
@@ -67,10 +68,10 @@ PM_HD RayOf<T3> camera_rays(const CamerasOf<T3>& camera, FilmSize image,
   return {camera.position + shift, normalized(direction * camera.focus - shift)};
 }
 
-/// Camera and film of a frame, which with a sampler determine the rays of its samples.
+/// Camera and film of a frame. With a sampler they determine the rays of its samples.
 struct CameraSetup {
-  Camera camera;
-  bool moves = false;
+  Camera camera;            ///< camera at the frame's time
+  bool moves = false;       ///< whether the camera moves (RenderScene::camera_motion)
   Camera opening, closing;  ///< cameras when the shutter opens and closes, if the camera moves
   FilmSize size;
   const PixelFilter* filter = nullptr;  ///< borrowed
@@ -96,11 +97,11 @@ PM_HD RayOf<T3> sample_camera_rays(const CameraSetup& setup,
   return rays;
 }
 
-/// Makes the ray through the centre of a pixel.
+/// Makes the rays through the centres of the pixels (x, y).
 template <class T3>
 PM_HD RayOf<T3> center_rays(const CameraSetup& setup, ComponentOf<T3> x, ComponentOf<T3> y) {
   return camera_rays(broadcast_camera<T3>(setup.camera), setup.size, {x + 0.5f, y + 0.5f},
-                     Vec2Of<ComponentOf<T3>>{}, true);
+                     Vec2Of<ComponentOf<T3>>{}, /*pinhole=*/true);
 }
 
 }  // namespace polymorph

@@ -34,6 +34,7 @@ PM_HD inline float estimate_error(const PixelSum& sum) {
 
 /// Marks the pixels of converged blocks of a tile as done, and returns whether any pixels are left.
 /// A block next to a noisy one continues too, because the estimate of a single block is uncertain.
+/// `width`, `height`: size of the tile in pixels; `noise`: threshold of the error (image.noise).
 /// `total(x, y)` returns the sum of a pixel's samples, `done(x, y)` a reference to its mark.
 template <class Total, class Done>
 PM_HD bool mark_converged(int width, int height, float noise, const Total& total,

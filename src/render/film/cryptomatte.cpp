@@ -22,6 +22,7 @@ std::string make_layer_key(std::string_view layer) {
 }  // namespace
 
 std::uint32_t murmur_hash(std::string_view text) {
+  // All constants are those of MurmurHash3_x86_32.
   constexpr std::uint32_t kFirst = 0xcc9e2d51u, kSecond = 0x1b873593u;
   const auto scramble = [](std::uint32_t k) { return std::rotl(k * kFirst, 15) * kSecond; };
   std::uint32_t hash = 0;

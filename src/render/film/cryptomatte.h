@@ -32,7 +32,7 @@ std::vector<std::string> list_matte_channels(const std::string& layer);
 
 /// A matte layer and the ids of its names.
 struct MatteTable {
-  std::string layer;                      ///< "crypto_object"
+  std::string layer;                      ///< name, such as "crypto_object"
   std::map<std::string, float> manifest;  ///< ids by name
 };
 
@@ -64,7 +64,8 @@ class Mattes {
   std::vector<std::string> channels() const;
   /// Lists the attributes of all layers: "cryptomatte/KEY/name", hash, conversion and manifest.
   std::vector<Attribute> attributes() const;
-  /// Adds the first intersection of one camera ray to the current blocks of the pixel's layers.
+  /// Adds the first intersection of one camera ray to the current blocks of pixel[0] to
+  /// pixel[layer_count() - 1], the sums of the pixel's layers.
   /// Glass counts as an opaque surface. The backdrop has its own id, so that coverages sum to 1, or
   /// to alpha if the backdrop is transparent.
   void add_sample(const World& world, const Ray& ray, const Intersection& intersection,
@@ -77,13 +78,14 @@ class Mattes {
     /// Ids of materials: those of the mesh's own layer, then those of each layer of
     /// RenderMesh::over.
     std::vector<std::vector<float>> materials;
-    std::vector<float> labels;
+    std::vector<float> labels;  ///< ids per label; without labels only `object`
   };
+  /// Adds a name to the table of its kind, if the image has that layer, and returns the id.
   float add_id(Kind kind, std::string_view name);
   void add_material(const RenderMesh& mesh, const MeshIds& ids, const MeshHit& hit,
                     MattePixel& pixel) const;
-  /// Finds the id of the label at a hit. It is the object's id if the mesh has no labels, and that
-  /// of the first label if its vertices have none.
+  /// Finds the id of the label at a hit: of the object's name if the mesh has no labels, and of the
+  /// first label if its vertices have none.
   float find_label(const RenderMesh& mesh, const MeshIds& ids, const MeshHit& hit) const;
 
   std::vector<Kind> kinds_;         ///< the layers that the image has

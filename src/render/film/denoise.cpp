@@ -14,7 +14,7 @@ namespace {
 
 constexpr const char* kLibrary = "libOpenImageDenoise.so.2";
 constexpr int kGuideChannels = 6;
-constexpr int kMaxGuideBounces = 8;
+constexpr int kMaxGuideBounces = 8;  // mirrors and glass boundaries
 // Metals smoother than this count as mirrors, whose guide is that of the reflected surface.
 constexpr float kMirrorRoughness = 0.25f;
 
@@ -35,7 +35,7 @@ struct Library {
   void (*execute_filter)(void* filter) = nullptr;
   void (*release_filter)(void* filter) = nullptr;
 };
-constexpr int kDeviceCpu = 1, kFormatFloat3 = 3;
+constexpr int kDeviceCpu = 1, kFormatFloat3 = 3;  // OIDN_DEVICE_TYPE_CPU, OIDN_FORMAT_FLOAT3
 
 Result<Library> load_library() {
   const char* chosen = std::getenv("POLYMORPH_OIDN");
@@ -93,7 +93,7 @@ Guide trace_guide(const World& world, Ray ray, Intersection intersection, RaySta
       return {tint * min(shading.color, {1, 1, 1}), point.shading};
     const float cosine = -dot(ray.direction, point.shading);
     const float eta = point.inside ? shading.ior : 1 / shading.ior;
-    // Follow the stronger of reflection and refraction.
+    // Continue along the stronger of reflection and refraction.
     const bool is_refracted = glass && dielectric_fresnel(cosine, eta) < 0.5f;
     if (glass && is_refracted && !point.inside) tint = tint * glass_tint(shading);
     if (mirror && !glass) tint = tint * min(shading.color, {1, 1, 1});
@@ -150,7 +150,7 @@ struct Denoiser::State {
       set_input("albedo", albedo);
       set_input("normal", albedo + 3);
       library.set_filter_bool(filter, "hdr", true);
-      library.set_filter_bool(filter, "cleanAux", true);
+      library.set_filter_bool(filter, "cleanAux", true);  // the guides are denoised already
     }
     library.commit_filter(filter);
     library.execute_filter(filter);
@@ -182,9 +182,9 @@ Status Denoiser::denoise(Image& film) {
   PM_CHECK(channels > kGuideChannels &&
            film.channels[result_channels] == list_guide_channels().front());
   // Denoise the guides first: lens, shutter and few samples leave noise in them too.
-  PM_TRY_STATUS(state_->filter_channels(film, "albedo", result_channels, false));
-  PM_TRY_STATUS(state_->filter_channels(film, "normal", result_channels + 3, false));
-  PM_TRY_STATUS(state_->filter_channels(film, "color", 0, true));
+  PM_TRY_STATUS(state_->filter_channels(film, "albedo", result_channels, /*guides=*/false));
+  PM_TRY_STATUS(state_->filter_channels(film, "normal", result_channels + 3, /*guides=*/false));
+  PM_TRY_STATUS(state_->filter_channels(film, "color", 0, /*guides=*/true));
   Image result = make_image(
       film.width, film.height,
       {film.channels.begin(), film.channels.begin() + static_cast<long>(result_channels)});

@@ -11,10 +11,10 @@
 namespace polymorph {
 
 /// Auxiliary features of a camera ray for the denoiser: normal and albedo of the first surface that
-/// is neither a mirror nor clear glass. The albedo is tinted by the mirrors and glass before that
-/// surface.
+/// is neither a mirror nor glass, or of the surface after eight of these. The albedo is tinted by
+/// the mirrors and glass before that surface.
 struct Guide {
-  Vec3 albedo;  ///< [0, 1]
+  Vec3 albedo;  ///< [0, 1]; the backdrop's if nothing is hit: the sky's radiance, or 1 for paper
   Vec3 normal;  ///< world space; 0 if nothing is hit
 };
 /// Computes the guide of a camera ray with this first intersection.

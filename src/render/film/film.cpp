@@ -19,7 +19,7 @@ double blackman_harris(double x) {
 }  // namespace
 
 PixelFilter make_pixel_filter(float radius) {
-  constexpr int kSteps = 4096;
+  constexpr int kSteps = 4096;  // steps of the numerical integration of the window
   std::vector<double> cdf(kSteps + 1, 0.0);
   for (int i = 0; i < kSteps; ++i)
     cdf[i + 1] = cdf[i] + blackman_harris((i + 0.5) / kSteps * 2 - 1);

@@ -13,12 +13,12 @@
 
 namespace polymorph {
 
-/// Pixel filter: the inverse CDF of a Blackman-Harris window, tabulated as offsets in pixels.
+/// Pixel filter: the inverse CDF of a Blackman-Harris window.
 struct PixelFilter {
   static constexpr int kCells = 256;
-  std::array<float, kCells + 1> offsets{};
+  std::array<float, kCells + 1> offsets{};  ///< pixels; the CDF at offsets[i] is i / kCells
 };
-/// Makes a filter with a radius in pixels.
+/// Makes a filter that reaches `radius` pixels from a pixel's centre.
 PixelFilter make_pixel_filter(float radius);
 /// Maps a random number in [0, 1) to an offset from the pixel's centre along one axis.
 template <class V>

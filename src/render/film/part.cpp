@@ -29,6 +29,7 @@ std::string matte_channel(const std::string& prefix, const std::string& layer, s
   return fmt::format("{}{}.{}.{}", prefix, layer, index, suffix);
 }
 
+/// Reads a node's sums. PixelSum::odd is no channel, because parts exclude adaptive sampling.
 PixelSum read_node(const float* pixel, std::span<const int> channels, int samples) {
   const auto at = [&](int i) { return pixel[channels[static_cast<std::size_t>(i)]]; };
   PixelSum sum;
@@ -49,7 +50,8 @@ struct NodeChannels {
   struct Pair {
     int id = 0, sum = 0;
   };
-  std::vector<std::vector<Pair>> mattes;  ///< per matte layer: one pair of channels per id
+  /// Per matte layer: the channels of ids and of their sums of coverages, one pair per id.
+  std::vector<std::vector<Pair>> mattes;
 };
 
 MattePixel read_mattes(const float* pixel, const std::vector<NodeChannels::Pair>& pairs) {
@@ -136,7 +138,8 @@ Status check_equal(const Part& a, const Part& b, const std::vector<std::string>&
   return Ok{};
 }
 
-/// Merges parts that have been checked.
+/// Merges parts that have been checked. `mattes`: its layers are given; if the result is a larger
+/// part, its sums are set.
 class Merger {
  public:
   Merger(std::span<const Part> parts, const std::vector<std::vector<NodeChannels>>& part_nodes,
@@ -181,6 +184,7 @@ class Merger {
   }
 
   void merge_pixel(std::size_t i) {
+    // Sums of light: their mean colour, or the larger part's nodes.
     float* pixel = &film_.pixels[i * film_.channel_count()];
     SampleSums<PixelSum> sums;
     for (std::size_t p = 0; p < parts_.size(); ++p)
@@ -193,8 +197,10 @@ class Merger {
       for (std::size_t n = 0; n < nodes.size(); ++n)
         write_node(nodes[n].sum, pixel + n * kNodeChannels);
     }
+    // Channels that do not depend on samples are the same in all parts.
     float* next_channel = pixel + first_other_;
     for (const int channel : other_channels_) *next_channel++ = find_pixel(0, i)[channel];
+    // Mattes: ranked coverages, or the larger part's nodes.
     for (std::size_t layer = 0; layer < mattes_.layers.size(); ++layer) {
       SampleSums<MattePixel> matte;
       for (std::size_t p = 0; p < parts_.size(); ++p)
@@ -212,12 +218,12 @@ class Merger {
   }
 
   std::span<const Part> parts_;
-  const std::vector<std::vector<NodeChannels>>& part_nodes_;
+  const std::vector<std::vector<NodeChannels>>& part_nodes_;  ///< per part and node
   MatteSums& mattes_;
   SampleRange range_;
   bool is_picture_ = false;
-  int samples_ = 0;  ///< samples of all parts
-  std::size_t first_other_ = 0;
+  int samples_ = 0;                  ///< samples of all parts
+  std::size_t first_other_ = 0;      ///< index in the film of the first channel that is no sum
   std::vector<int> other_channels_;  ///< indices in the first part
   Image film_;
 };
@@ -275,7 +281,7 @@ std::vector<std::string> list_node_channels(const SampleRange& range) {
 Image append_matte_sums(Image part, const SampleRange& range, const MatteSums& mattes) {
   if (mattes.layers.empty()) return part;
   const std::vector<BlockSpan> nodes = list_nodes(range);
-  const std::size_t columns = mattes.layers.size() * nodes.size();
+  const std::size_t columns = mattes.layers.size() * nodes.size();  // node's index runs fastest
   std::vector<std::size_t> counts(columns, 1);  // maximum number of ids per layer and node
   for (std::size_t i = 0; i < mattes.sums.size(); ++i)
     counts[i % columns] = std::max(counts[i % columns], mattes.sums[i].sums().size());
@@ -293,7 +299,7 @@ Image append_matte_sums(Image part, const SampleRange& range, const MatteSums& m
                                image.pixels.data() + i * image_channels);
     for (std::size_t c = 0; c < columns; ++c) {
       auto sums = mattes.sums[i * columns + c].sums();
-      std::sort(sums.begin(), sums.end());
+      std::sort(sums.begin(), sums.end());  // by id, so that the order of hits does not matter
       for (std::size_t index = 0; index < sums.size(); ++index) {
         pixel[2 * index] = sums[index].first;
         pixel[2 * index + 1] = sums[index].second;

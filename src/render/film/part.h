@@ -23,7 +23,8 @@ namespace polymorph {
 
 /// Prefix of the header attributes that merging needs.
 inline constexpr const char* kPartPrefix = "polymorph/part/";
-inline constexpr const char* kPartSamplesAttribute = "polymorph/part/samples";  ///< "0-15/64"
+/// The part's range of samples, as format_sample_range() writes it.
+inline constexpr const char* kPartSamplesAttribute = "polymorph/part/samples";
 /// The channels of the merged picture, in order, separated by commas.
 inline constexpr const char* kPartChannelsAttribute = "polymorph/part/channels";
 /// Int attribute: 1 if the merged picture is smoothed (film/smooth.h).
@@ -41,24 +42,25 @@ ExrSettings merged_exr_settings(const Image& part);
 /// Number of channels per node, without mattes.
 inline constexpr int kNodeChannels = 7;
 
-/// Computes R, G, B, A of a pixel from the sums of its samples, and writes them.
+/// Computes R, G, B, A of a pixel from the sums of its samples, and writes them to pixel[0...3].
 void write_colors(const PixelSum& sum, float* pixel);
-/// Writes the kNodeChannels channels of a node.
+/// Writes the kNodeChannels channels of a node, from pixel[0] on.
 void write_node(const PixelSum& sum, float* pixel);
 
 /// Lists the channels of all nodes of a range, without mattes.
 std::vector<std::string> list_node_channels(const SampleRange& range);
 
-/// Matte sums of a part, indexed by pixel, layer and node.
+/// Matte sums of a part.
 struct MatteSums {
-  std::vector<std::string> layers;  ///< "crypto_object"
+  std::vector<std::string> layers;  ///< names, such as "crypto_object"
+  /// One entry per pixel (in rows), layer and node. The node's index runs fastest.
   std::vector<MattePixel> sums;
 };
 /// Appends the channels of the mattes. Each layer and node gets channels for as many ids as the
 /// pixel with the most ids has.
 Image append_matte_sums(Image part, const SampleRange& range, const MatteSums& mattes);
 
-/// Returns an image with only these channels of `film`, in this order.
+/// Returns an image with only these channels of `film`, in this order. `film` must have them all.
 Image select_channels(Image film, std::vector<std::string> channels);
 
 /// A part that has been read from a file.
@@ -68,12 +70,11 @@ struct Part {
   Image image;
 };
 
-/// Merges parts of one picture, in ascending order. Only a draft, a picture of the parts that there
-/// are, may have gaps. The result is the
-/// picture if the parts have all of its samples, or if `is_draft`; otherwise it is a larger part.
-/// The result has the attributes of the first part; a picture lacks those that begin with
-/// kPartPrefix.
-/// Errors (kInput): a channel is missing, sizes or layers differ.
+/// Merges parts of one picture, which come in ascending order. The result is the picture if the
+/// parts have all of its samples, or if `is_draft`; otherwise it is a larger part. Only for a
+/// draft, a picture of the parts that there are, may samples be missing between the parts. The
+/// result has the attributes of the first part; a picture lacks those that begin with kPartPrefix.
+/// Errors (kInput): a channel is missing; sizes, colour spaces or layers differ.
 Result<Image> merge_parts(std::span<const Part> parts, bool is_draft = false);
 
 }  // namespace polymorph

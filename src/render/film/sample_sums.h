@@ -39,7 +39,7 @@ class SampleSums {
 
   /// The sum of the current block, to which samples are added.
   Sum& block() { return block_; }
-  /// Ends the current block, whose index is `index`.
+  /// Adds the current block as the node of block `index`, and begins an empty one.
   void end_block(int index) { add({{index, 1}, std::exchange(block_, Sum{})}); }
   /// Adds a node. Nodes must come in ascending order; only a draft, a picture of the parts that
   /// there are (merge_parts()), may have gaps.
@@ -57,12 +57,13 @@ class SampleSums {
     last_ = std::move(node);
     has_last_ = true;
   }
+  /// Lists the nodes in ascending order.
   std::vector<Node> nodes() const {
     std::vector<Node> nodes = earlier_;
     if (has_last_) nodes.push_back(last_);
     return nodes;
   }
-  /// The sum over all ended blocks.
+  /// Returns the sum over all ended blocks, or an empty sum without any.
   Sum total() const {
     if (!has_last_ || earlier_.empty()) return last_.sum;
     Sum sum = earlier_.front().sum;

@@ -189,7 +189,7 @@ class Smoother {
   /// Sets `guide_` to the mean brightness around each interior pixel, and `variance_` to the
   /// brightness's variance there. Means are over 3 x 3 pixels.
   void estimate_variance() {
-    Plane count(size_, 1.0f), bright(size_), variance;
+    Plane count(size_, 1.0f), brightness(size_), variance;
     for_neighbours([&](std::size_t first, std::ptrdiff_t offset) {
       const float* key = &key_[first];
       float* to = &count[first];
@@ -197,10 +197,10 @@ class Smoother {
         to[x] += key[x] == key[x + offset] ? 1.0f : 0.0f;
       }
     });
-    measure_brightness(bright);
-    guide_ = mean_around(bright, count);
-    for (float& value : bright) value = value * value;
-    variance = mean_around(bright, count);
+    measure_brightness(brightness);
+    guide_ = mean_around(brightness, count);
+    for (float& value : brightness) value = value * value;
+    variance = mean_around(brightness, count);
     for (std::size_t i = 0; i < size_; ++i)
       variance[i] = std::max(0.0f, variance[i] - guide_[i] * guide_[i]);  // 0 for NaN, too
     variance_ = mean_around(variance, count);
@@ -252,14 +252,13 @@ class Smoother {
     std::swap(light_, next_);
   }
 
-  /// One of the eight taps of a filter pass, for the pixels of a row. The first pixel of the row
-  /// has the index `first`, and its tap first + offset. `kernel` is the weight without edges. A
-  /// squared change of brightness of `noise` times the variance halves it. `depth_scale` is 1 /
-  /// distance of the tap in pixels.
+  /// One of the eight taps of a filter pass, for the pixels of a row.
   struct Tap {
-    std::size_t first;
-    std::ptrdiff_t offset;
-    float kernel, noise, depth_scale;
+    std::size_t first;      ///< index of the row's first pixel
+    std::ptrdiff_t offset;  ///< index of a pixel's tap, less that of the pixel
+    float kernel;           ///< weight without edges
+    float noise;            ///< (change of brightness)^2 / variance that halves the weight
+    float depth_scale;      ///< 1 / distance of the tap in pixels
   };
   /// Computes the weights of a tap for the pixels of a row, and adds the weighted light to `next_`.
   void add_tap(const Tap& tap, float* __restrict weights) {
@@ -279,7 +278,7 @@ class Smoother {
       const float depth_weight = positive_part(1 - distance);
       const float change = guide1[x] - guide0[x];
       // The brightness weight is 1 / (1 + change^2 / noise).
-      const float noise = variance[x] * tap.noise + 1e-6f;
+      const float noise = variance[x] * tap.noise + 1e-6f;  // never 0
       // The normals' weight is cosine^32.
       weights[x] = tap.kernel * (c16 * c16) * depth_weight * noise / (noise + change * change);
     }
@@ -360,14 +359,15 @@ class Smoother {
     return is_bounded ? std::clamp(value, low_[c][i], high_[c][i]) : value;
   }
 
-  /// Sets `next_` to the filtered colours of the surfaces at the pixels' centres.
+  /// Sets `next_` to the filtered colours of the surfaces at the pixels' centres: of interior
+  /// pixels (key_ >= 0) and, on silhouettes, of the own surface nearby; others are clamped.
   void make_colors() {
     for_pixels([&](std::size_t i, int x, int y) {
-      std::optional<std::array<float, 3>> side;
-      if (silhouette_[i] != 0) side = mean_own_side(i, x, y);
+      std::optional<std::array<float, 3>> own_light;
+      if (silhouette_[i] != 0) own_light = mean_own_side(i, x, y);
       for (std::size_t c = 0; c < 3; ++c)
         next_[c][i] = key_[i] >= 0 ? light_[c][i] * albedo_[c][i]
-                      : side       ? (*side)[c] * albedo_[c][i]
+                      : own_light  ? (*own_light)[c] * albedo_[c][i]
                                    : clamp_to_bounds(i, c, film_.at(x, y, channels_[c]));
     });
   }
@@ -420,7 +420,9 @@ class Smoother {
   std::array<int, 3> channels_;  ///< R, G and B in the film
   std::size_t size_;
   // inv_depth_range_: 1 / (kDepthFalloff * depth); key_: surface of an interior pixel, or kNoKey;
-  // guide_: mean brightness; variance_: variance of the brightness.
+  // guide_: mean brightness; variance_: variance of the brightness; next_: result of a step;
+  // light_: colour / albedo, at last the residuals; low_, high_: find_interior_pixels(), then
+  // find_bounds().
   Plane id_, depth_, inv_depth_range_, key_, guide_, variance_;
   std::vector<std::uint8_t> silhouette_;
   Colors light_, next_, normal_, albedo_, low_, high_;

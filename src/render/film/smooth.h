@@ -17,8 +17,8 @@ inline constexpr const char* kSmoothLayers = "Z,N,albedo,id";
 /// where normals or texture change abruptly are only clamped to the range of their neighbours'
 /// light. On a silhouette, where the id changes or the depth jumps, the few samples of a pixel fall
 /// on either side by chance. Such a pixel gets a weighted mean of the filtered colours of its 3 x 3
-/// neighbourhood, plus the mean difference between the sampled and these colours over its
-/// neighbours on the silhouette.
+/// neighbourhood, plus a correction: the difference between a pixel's sampled colour and that
+/// weighted mean, averaged over nearby pixels on the silhouette.
 /// All other channels are unchanged. The result has the same bits for any number of threads and on
 /// every processor.
 void smooth_noise(Image& film);

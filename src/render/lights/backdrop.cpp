@@ -7,7 +7,7 @@ namespace polymorph {
 
 Floor make_floor(const GroundSettings& settings, const Box& bounds) {
   Floor floor;
-  const float radius = std::max(0.5f * bounds.diagonal(), 1e-6f);
+  const float radius = std::max(0.5f * bounds.diagonal(), 1e-6f);  // of the objects; > 0
   floor.enabled = settings.enabled;
   floor.center = bounds.empty() ? Vec3{} : bounds.center();
   floor.height = settings.height.value_or(bounds.empty() ? 0.0f : bounds.low.y);

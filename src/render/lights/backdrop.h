@@ -16,8 +16,8 @@ inline constexpr float kFarTone = 0.74f;
 /// A horizontal, diffuse floor that fades into the background, so that there is no horizon line.
 struct Floor {
   bool enabled = false;
-  float height = 0;
-  Vec3 color;
+  float height = 0;      ///< y of the floor
+  Vec3 color;            ///< albedo at the centre
   Vec3 center;           ///< centre of the fade
   float fade_start = 1;  ///< horizontal distances from `center` at which the fade begins and ends
   float fade_end = 2;
@@ -29,7 +29,7 @@ struct Floor {
 Floor make_floor(const GroundSettings& settings, const Box& bounds);
 
 /// Returns the distance at which a ray from above hits the visible part of the floor, or infinity
-/// if that is not in (0, ray.far).
+/// if there is no such hit in (0, ray.far).
 template <class T3>
 PM_HD inline ComponentOf<T3> intersect_floor(const Floor& floor, const RayOf<T3>& ray) {
   using V = ComponentOf<T3>;
@@ -50,6 +50,7 @@ struct FloorPointOf {
   ComponentOf<T3> fade;  ///< 0 = fully visible, 1 = invisible
   ComponentOf<T3> tone;  ///< factor of the floor's colour
 };
+/// Computes the floor's point at this distance along a ray.
 template <class T3>
 PM_HD inline FloorPointOf<T3> floor_point(const Floor& floor, const RayOf<T3>& ray,
                                           ComponentOf<T3> distance) {
@@ -83,8 +84,8 @@ PM_HD T3 backdrop_radiance(const Backdrop& backdrop, const SkyTables& sky, const
   const T3 d = to_local(backdrop.camera, direction);
   const V forward = max(d.z, 1e-3f);
   const V x = d.x / forward * backdrop.scale, y = d.y / forward * backdrop.scale;
-  // The paper is brightest behind the subject, a little above the middle, and darker towards the
-  // corners.
+  // The paper is brightest a little above the middle of the picture, behind the subject, and darker
+  // towards the corners. x and y are in half picture heights from the middle.
   const V distance = sqrt(0.55f * x * x + square(y - 0.1f));
   return backdrop.paper * (1.10f - 0.34f * smoothstep(0, 1.9f, distance));
 }

@@ -100,7 +100,7 @@ Sky make_day_sky(const DistantLight& sun, Vec3 floor, float turbidity, float sca
       Vec3& texel = sky.texels[static_cast<std::size_t>(y) * width + x];
       texel = y < horizon ? texel * gain : ground;
     }
-  // Haze: distant ground blends into the colour of the sky above it.
+  // Haze: distant ground blends into the colour of the sky at the horizon above it.
   constexpr int kHazeRows = 10;  // 7 degrees
   for (int i = 0; i < kHazeRows; ++i) {
     const float haze = 0.75f * square(1 - (static_cast<float>(i) + 0.5f) / kHazeRows);

@@ -7,6 +7,7 @@ Lamp make_lamp(const LampSettings& settings, Vec3 middle) {
   Lamp lamp;
   lamp.position = settings.position;
   const Vec3 to_target = settings.target.value_or(middle) - settings.position;
+  // A lamp may be at its target: it then counts as very near, and a panel shines down.
   const float distance2 = std::max(dot(to_target, to_target), 1e-12f);
   lamp.irradiance = settings.color * settings.intensity;
   lamp.panel = settings.kind == LampKind::kPanel;

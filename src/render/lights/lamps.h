@@ -10,14 +10,14 @@ namespace polymorph {
 
 /// A light: a sphere, a point (radius 0), or a panel that emits on one side.
 struct Lamp {
-  Vec3 position;
+  Vec3 position;  ///< centre
   float radius = 0;
   bool panel = false;
-  Frame frame;  ///< panel: z is the normal of the emitting side
+  Frame frame;  ///< panel: z is the normal of the emitting side, x along the width
   float half_width = 0, half_height = 0;
   Vec3 radiance;    ///< surface radiance; 0 for a point
   Vec3 intensity;   ///< radiant intensity of a point (power per solid angle)
-  Vec3 irradiance;  ///< irradiance at the target
+  Vec3 irradiance;  ///< irradiance at the target, of a surface that faces the lamp
 };
 
 /// Makes a lamp or panel (not a sun). `middle`: the target of a lamp whose settings have none.
@@ -27,8 +27,8 @@ Lamp make_lamp(const LampSettings& settings, Vec3 middle);
 template <class T3>
 struct LampSampleOf {
   T3 direction{};
-  ComponentOf<T3> distance{};
-  ComponentOf<T3> pdf{};  ///< per solid angle; 0 = a point, or no light arrives
+  ComponentOf<T3> distance{};  ///< distance of the lamp
+  ComponentOf<T3> pdf{};       ///< per solid angle; 0 = a point, or no light arrives
   T3 power{};  ///< radiance / pdf, or intensity / distance^2 of a point; 0 = no light arrives
 };
 using LampSample = LampSampleOf<Vec3>;

@@ -41,7 +41,7 @@ float soft_box_brightness(const SoftBox& box, Vec3 d) {
   const Vec3 sideways{cosine(a), 0, -sine(a)};
   const Vec3 upward = cross(center, sideways);
   const float facing = dot(d, center);
-  if (facing <= 0.01f) return 0;
+  if (facing <= 0.01f) return 0;  // d misses the tangent plane, or meets it far away
   const float x = std::fabs(dot(d, sideways) / facing), y = std::fabs(dot(d, upward) / facing);
   const float edge_distance = std::sqrt(square(std::max(x - box.half_width + box.edge, 0.0f)) +
                                         square(std::max(y - box.half_height + box.edge, 0.0f)));
@@ -135,7 +135,7 @@ Sky make_studio_sky(const Frame& rig, const DistantLight& key, Vec3 floor, float
   // L = floor (key / pi + gain mean + L sweep_mean). The means are cosine-weighted.
   const Vec3 mean = upper_mean(sky, [&](std::size_t i) { return sky.texels[i]; });
   const float sweep_mean = upper_mean(sky, [&](std::size_t i) { return Vec3{sweep[i], 0, 0}; }).x;
-  const float gain = scale * kStudioIrradiance * kInvPi / mean.y;
+  const float gain = scale * kStudioIrradiance * kInvPi / mean.y;  // y: green, of grey light
   const Vec3 direct =
       floor * (key.irradiance * (kInvPi * std::max(0.0f, key.frame.z.y)) + mean * gain);
   const Vec3 returned_fraction = floor * sweep_mean;

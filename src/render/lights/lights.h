@@ -38,8 +38,8 @@ PM_HD inline MaskOf<T3> hits_distant(const DistantLight& light, T3 direction) {
   return dot(direction, light.frame.z) >= (light.pdf > 0 ? light.cos_radius : 2.0f);
 }
 
-/// Tests whether nothing inside the sphere can occlude any part of the light from the point. The
-/// test is conservative: it may return false although nothing can.
+/// Tests whether nothing inside a sphere can occlude any part of the light from the point. The test
+/// is conservative: it may return false although nothing can.
 template <class T3>
 PM_HD inline MaskOf<T3> is_light_unoccluded(const DistantLight& light, T3 point, Vec3 center,
                                             float radius) {
@@ -59,7 +59,8 @@ PM_HD inline MaskOf<T3> is_light_unoccluded(const DistantLight& light, T3 point,
 Frame make_rig(const Camera& camera);
 
 /// Makes the built-in studio: a sky of soft boxes. Its lower half and horizon show a floor of the
-/// colour `floor`, lit by this sky and the key light. `scale` multiplies its own light.
+/// colour `floor`, lit by this sky and the key light. `scale` multiplies the light of the soft
+/// boxes and of the room around them.
 Sky make_studio_sky(const Frame& rig, const DistantLight& key, Vec3 floor, float scale,
                     SkyDomain domain);
 

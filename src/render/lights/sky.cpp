@@ -38,6 +38,7 @@ auto compute_cell_means(const Sky& sky, int width, int height, const F& f) {
   using Value = decltype(f(Vec3{}));
   std::vector<Value> cells(static_cast<std::size_t>(width) * height);
   const int taps = std::clamp(sky.width / width + 1, 2, 64);
+  // Coordinate of a tap of a cell along an axis of `count` cells, [0, 1].
   const auto position = [&](std::int64_t cell, int tap, int count) {
     return (static_cast<float>(cell) +
             (static_cast<float>(tap) + 0.5f) / static_cast<float>(taps)) /
@@ -107,13 +108,14 @@ Vec3 decode_octahedral(float x, float y) {
   }
   return normalized(d);
 }
-/// Tabulates the irradiance of the calm part: for eight normals at a time, sums over all cells.
+/// Tabulates the irradiance of the calm part: for eight normals at a time, sums the light of all
+/// cells of a coarse lat-long grid.
 std::vector<Vec3> make_irradiance(const Sky& sky) {
   const std::vector<Vec3> cells = compute_cell_means(
       sky, kCoarseWidth, kCoarseHeight,
       [&](Vec3 direction) { return split_radiance(sky, sky_radiance(sky, direction)).calm; });
   struct Source {
-    Vec3 direction, power;
+    Vec3 direction, power;  // power: radiance times solid angle
     float solid_angle;
   };
   std::vector<Source> sources;
@@ -129,12 +131,12 @@ std::vector<Vec3> make_irradiance(const Sky& sky) {
   std::vector<Vec3> nodes(kNodes * kNodes);
   constexpr int kCount = kNodes * kNodes;
   parallel_for((kCount + kLanes - 1) / kLanes, [&](std::int64_t pack) {
-    const auto unit = [](int k) { return 2 * static_cast<float>(k) / kIrradianceCells - 1; };
+    const auto coordinate = [](int k) { return 2 * static_cast<float>(k) / kIrradianceCells - 1; };
     alignas(32) float x[kLanes], y[kLanes], z[kLanes];
     const int first = static_cast<int>(pack) * kLanes;
     for (int l = 0; l < kLanes; ++l) {
       const int i = std::min(first + l, kCount - 1);
-      const Vec3 normal = decode_octahedral(unit(i % kNodes), unit(i / kNodes));
+      const Vec3 normal = decode_octahedral(coordinate(i % kNodes), coordinate(i / kNodes));
       x[l] = normal.x, y[l] = normal.y, z[l] = normal.z;
     }
     const Pack nx = Lanes<Pack>::load(x), ny = Lanes<Pack>::load(y), nz = Lanes<Pack>::load(z);

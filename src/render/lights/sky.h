@@ -21,8 +21,8 @@ enum class SkyDomain : unsigned char {
 /// A pdf over directions, constant in each cell of a lat-long grid.
 struct SkyDistribution {
   int width = 0, height = 0;
-  std::vector<float> row_cdf;     ///< height + 1 entries
-  std::vector<float> column_cdf;  ///< height * (width + 1) entries
+  std::vector<float> row_cdf;     ///< height + 1 entries, 0 to 1
+  std::vector<float> column_cdf;  ///< per row: width + 1 entries, 0 to 1, or all 0 for a black row
   std::vector<float> pdf;         ///< per solid angle; height * width entries
   float total = 0;                ///< integral of the sampled function
 };
@@ -34,14 +34,14 @@ struct Sky {
   std::vector<Vec3> texels;
   float calm_level = 0;  ///< luminance above which radiance counts as bright
   bool has_bright = false;
-  SkyDistribution distribution;  ///< distribution of the bright part
+  SkyDistribution distribution;  ///< distribution of the bright part; empty unless has_bright
   std::vector<Vec3> irradiance;  ///< irradiance of the calm part on an octahedral grid of normals,
                                  ///< kIrradianceCells + 1 nodes per axis
   Vec3 upper_irradiance;         ///< irradiance of the calm part on a floor (normal +y) from above
 };
 
-/// Finishes a sky whose width, height, texels and calm_level are set. Texels must be finite and >=
-/// 0.
+/// Computes the members of a sky from `has_bright` on. The members before it must be set; texels
+/// must be finite and >= 0.
 void prepare_sky(Sky& sky, SkyDomain domain);
 
 /// Returns the direction of the point (x, y), in texels.
@@ -175,7 +175,7 @@ PM_HD inline SkySplitOf<T3> split_radiance(const SkyTables& sky, T3 radiance) {
   return {calm, radiance - calm};
 }
 
-/// A direction sampled in proportion to the bright part's luminance.
+/// Result of sample_bright_sky().
 template <class T3>
 struct SkySampleOf {
   T3 direction;
@@ -188,6 +188,7 @@ struct CdfPick {
   int index;
   float fraction;
 };
+/// Finds this interval for u in [0, 1).
 PM_HD inline CdfPick pick_from_cdf(const float* cdf, int count, float u) {
   // This binary search replaces std::upper_bound(), which nvcc compiles without a warning but which
   // returns another entry on a GPU.
@@ -203,6 +204,7 @@ PM_HD inline CdfPick pick_from_cdf(const float* cdf, int count, float u) {
   return {index, width > 0 ? std::min((u - cdf[index]) / width, 0.999999f) : 0.5f};
 }
 
+/// Samples a direction in proportion to the bright part's luminance.
 PM_HD inline SkySample sample_bright_sky(const SkyTables& sky, float u, float v) {
   if (!sky.has_bright || !(sky.row_cdf[sky.rows] > 0)) return {{0, 1, 0}, 0};
   const CdfPick row = pick_from_cdf(sky.row_cdf, sky.rows, v);

@@ -1,5 +1,5 @@
 // GGX microfacet distribution, isotropic, in a local frame (z = normal), for one direction or for
-// eight.
+// eight. `alpha` is the width of the lobe, the square of a material's roughness.
 #pragma once
 
 #include "render/math/vector_math.h"
@@ -52,7 +52,7 @@ PM_HD inline T3 sample_ggx_normal(T3 view, ComponentOf<T3> alpha, ComponentOf<T3
   const V z = (1.0f - v) * (1.0f + stretched.z) - stretched.z;
   const V r = sqrt(clamp01(1.0f - z * z));
   const T3 h = T3{r * azimuth.x, r * azimuth.y, z} + stretched;
-  return normalized(T3{alpha * h.x, alpha * h.y, max(h.z, 1e-7f)});
+  return normalized(T3{alpha * h.x, alpha * h.y, max(h.z, 1e-7f)});  // above the surface
 }
 /// Schlick's approximation (1994), (1 - cosine)^5: the reflectance is f0 + (1 - f0)
 /// schlick(cosine).

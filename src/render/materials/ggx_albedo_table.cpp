@@ -37,7 +37,7 @@ AlbedoTables make_tables() {
   AlbedoTables tables;
   for (int a = 0; a < kAlbedoNodes; ++a) {
     const float alpha = std::max(node_value(a), kMinAlpha);
-    for (int c = 0; c < kAlbedoNodes; ++c)
+    for (int c = 0; c < kAlbedoNodes; ++c)  // at a cosine of 0 the weight would be 0 / 0
       tables.directional[a * kAlbedoNodes + c] = integrate(alpha, std::max(node_value(c), 1e-3f));
     // The mean 2 int E(c) c dc with c = s^2 is 4 int E s^3 ds. The trapezoidal sums over s are
     // divided by the sum of s^3, so the mean of a constant albedo is exact.

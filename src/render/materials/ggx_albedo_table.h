@@ -6,6 +6,7 @@
 
 namespace polymorph {
 
+/// Albedo f0 * scale + bias of a lobe whose reflectance at normal incidence is f0.
 template <class V>
 struct SplitAlbedoOf {
   V scale, bias;  ///< their sum is the albedo of a perfect reflector (single scattering)

@@ -44,20 +44,20 @@ struct BsdfOf {
   /// Probabilities of sampling each lobe; their sum is 1, or 0 for black.
   ComponentOf<T3> diffuse_probability{};
   ComponentOf<T3> gloss_probability[2] = {};
-  MaskOf<T3> has_diffuse{}, has_gloss{};
+  MaskOf<T3> has_diffuse{}, has_gloss{};  ///< whether there is such a lobe
   /// Smallest alpha of the gloss lobes; 1 without gloss.
   ComponentOf<T3> sharpest_alpha = broadcast<ComponentOf<T3>>(1);
 };
 using Bsdf = BsdfOf<Vec3>;
 
-/// Parameters of a material at a point, after texture lookup.
+/// Parameters of a material at a point, after texture lookup. They are those of Material.
 template <class T3>
 struct ShadingOf {
   T3 color;
-  T3 specular;
+  T3 specular;  ///< reflectance of the coat at normal incidence; 0 = no coat
   ComponentOf<T3> roughness;
   ComponentOf<T3> metallic;
-  /// Fraction that is glass of this colour.
+  /// Fraction of the surface that is glass, tinted by `color`.
   ComponentOf<T3> transmission = broadcast<ComponentOf<T3>>(0);
   ComponentOf<T3> ior = broadcast<ComponentOf<T3>>(1.5f);
 };
@@ -93,10 +93,11 @@ PM_HD inline ShadingOf<T3> make_matte_where(MaskOf<T3> matte, ShadingOf<T3> s) {
   return s;
 }
 
+/// A BSDF evaluated for one direction.
 template <class T3>
 struct BsdfValueOf {
   T3 value{};             ///< bsdf times cosine
-  ComponentOf<T3> pdf{};  ///< pdf of sample_bsdf, per solid angle
+  ComponentOf<T3> pdf{};  ///< pdf of sample_bsdf(), per solid angle
 };
 using BsdfValue = BsdfValueOf<Vec3>;
 template <class T3>
@@ -155,6 +156,7 @@ PM_HD void add_material(BsdfOf<T3>& bsdf, const ShadingOf<T3>& material, Compone
     const T3 mean_coat_albedo = f0 * mean.scale + white<T3>() * mean.bias;
     lobe.coat_f0 = zero_unless(glossy, f0);
     lobe.coat_alpha = alpha;
+    // The limit of 0.99 keeps the normalization finite.
     lobe.coat_normalization = reciprocal(white<T3>() - min(mean_coat_albedo, white<T3>() * 0.99f));
   }
   if (!any(diffuse)) return;
@@ -180,7 +182,7 @@ PM_HD BsdfOf<T3> make_bsdf(const ShadingOf<T3>& a, const ShadingOf<T3>& b, Compo
   const V sum = diffuse + bsdf.gloss_probability[0] + bsdf.gloss_probability[1];
   const V scale = zero_unless(sum > 0.0f, 1.0f / sum);
   bsdf.diffuse_probability = diffuse * scale;
-  for (V& choose : bsdf.gloss_probability) choose = choose * scale;
+  for (V& probability : bsdf.gloss_probability) probability = probability * scale;
   return bsdf;
 }
 
@@ -190,8 +192,8 @@ PM_HD_CALL BsdfValueOf<T3> evaluate_bsdf(const BsdfOf<T3>& bsdf, const T3& direc
   using V = ComponentOf<T3>;
   BsdfValueOf<T3> result;
   const MaskOf<T3> above = direction.z > 0.0f;
-  // The coat's transmittance from `direction`, normalized (Kelemen and Szirmay-Kalos 2001). That
-  // towards the viewer is part of `albedo`.
+  // Diffuse lobes are dimmed by the coat's transmittance from `direction`, normalized (Kelemen and
+  // Szirmay-Kalos 2001). The transmittance towards the viewer is part of `albedo`.
   for (int i = 0; i < bsdf.diffuse_count; ++i) {
     const DiffuseLobeOf<T3>& lobe = bsdf.diffuse[i];
     T3 transmittance = white<T3>();

@@ -78,8 +78,8 @@ FrameSampler make_frame_sampler(std::uint64_t seed, int frame, int samples, bool
 
 /// Position of a sample in the frame's sequence.
 struct SampleIndex {
-  /// A picture of more than 2^32 samples continues in further sequences. All pixels of a 16 x 16
-  /// tile use the same sequence if a pixel has fewer than 2^24 samples.
+  /// Number of the sequence, 0 for the first 2^32 samples of the picture. All 2^8 pixels of a
+  /// 16 x 16 tile use the same sequence if a pixel has at most 2^24 samples.
   std::uint32_t sequence = 0;
   std::uint32_t reversed = 0;  ///< bit-reversed index in the sequence
 };
@@ -107,7 +107,9 @@ class PathSamplerOf {
   PM_HD PathSamplerOf(const FrameSampler& frame, std::uint32_t sequence, BitsOf<V> reversed_index)
       : key_(frame.key + sequence * 0x9e3779b97f4a7c15ull), reversed_index_(reversed_index) {}
 
-  /// Returns the numbers of `set`: 0 for the camera, 1 + v for vertex v of the path.
+  /// Returns the numbers of a set, a group of four dimensions. Set 0 is for the pixel filter and
+  /// the lens, set 1 + v for path vertex v. camera_rays.h (kTimeSet) and scatter.h (VertexRandomOf)
+  /// list the other sets.
   PM_HD_CALL Sample4Of<V> get(std::uint32_t set) const {
     Sample4Of<V> numbers;
     draw_pair(mix64(key_ ^ (2 * set)), numbers.a, numbers.b);
@@ -116,7 +118,8 @@ class PathSamplerOf {
   }
 
  private:
-  /// Draws two dimensions: shuffles the index, then scrambles both Sobol numbers.
+  /// Draws two dimensions: shuffles the index by the upper half of the seed, then scrambles both
+  /// Sobol numbers by the lower half.
   PM_HD void draw_pair(std::uint64_t seed, V& a, V& b) const {
     const auto value_seed = static_cast<std::uint32_t>(seed);
     const BitsOf<V> index =
@@ -129,7 +132,7 @@ class PathSamplerOf {
     return signed_to_float(reverse_bits(owen_hash(x, seed)) >> 8) * 0x1p-24f;
   }
 
-  std::uint64_t key_ = 0;
+  std::uint64_t key_ = 0;  ///< hash of the frame and the sequence
   BitsOf<V> reversed_index_;
 };
 

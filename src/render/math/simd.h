@@ -1,7 +1,8 @@
 // SIMD types of the renderer: code is written once for one float or for eight (Pack, one vector of
 // AVX2), as in the kernels. A function for both is a template on the type of its vectors, Vec3 or
 // Pack3. Conditions are masks: both branches are computed, and select() chooses one per lane. A
-// lane that is not used may hold any value.
+// lane that is not used may hold any value. GPU code has the one-float versions only: PM_PACKS is
+// not defined there.
 #pragma once
 
 #include <array>
@@ -23,6 +24,7 @@
 
 namespace polymorph {
 
+/// Types that belong to one float (or Vec3) or to eight (Pack, Pack3): component, mask, and so on.
 template <class T>
 struct LaneTypes;
 template <>
@@ -36,7 +38,6 @@ template <>
 struct LaneTypes<Vec3> : LaneTypes<float> {
   using Component = float;
 };
-/// Types that belong to a vector type: its component, its mask, and so on.
 template <class T3>
 using ComponentOf = typename LaneTypes<T3>::Component;
 template <class T>
@@ -147,7 +148,7 @@ inline Pack dot(Pack3 a, Vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 inline bool any(PackMask mask) { return Lanes<Pack>::bits(mask) != 0; }
 template <>
 inline PackMask broadcast_mask<PackMask>(bool holds) {
-  return PackMask{} - static_cast<std::int32_t>(holds);
+  return PackMask{} - static_cast<std::int32_t>(holds);  // -1, all bits set, is true
 }
 
 /// Mask of the first `count` lanes, or of all lanes if `count` is larger.
@@ -201,7 +202,8 @@ inline void set_lane(Pack3& a, int l, Vec3 value) {
   a.z[l] = value.z;
 }
 
-/// Transposes eight rows of eight numbers.
+/// Transposes eight rows of eight numbers: interleaves numbers of adjacent rows, then pairs of
+/// numbers, then halves of rows.
 inline void transpose(const Pack (&r)[kLanes], Pack* columns) {
   Pack pairs[kLanes], fours[kLanes];
   for (int i = 0; i < kLanes; i += 2) {

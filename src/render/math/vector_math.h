@@ -49,7 +49,7 @@ PM_HD inline ComponentOf<T3> min_component(T3 a) {
 }
 template <class T3>
 PM_HD inline ComponentOf<T3> luminance(T3 c) {
-  return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z;
+  return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z;  // Rec. 709
 }
 template <class V>
 PM_HD inline V smoothstep(float low, float high, V x) {
@@ -64,7 +64,7 @@ PM_HD inline bool finite(Vec3 a) {
   return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z);
 }
 
-/// An orthonormal frame; `z` is the normal.
+/// An orthonormal frame. At a surface `z` is the normal.
 template <class T3>
 struct FrameOf {
   T3 x, y, z;
@@ -104,6 +104,8 @@ PM_HD inline Vec2Of<V> cos_sin_turns(V turns) {
   const V s = x * (1.0f + x2 * (-1.0f / 6 + x2 * (1.0f / 120 + x2 * (-1.0f / 5040))));
   const V c = 1.0f + x2 * (-0.5f + x2 * (1.0f / 24 + x2 * (-1.0f / 720 + x2 * (1.0f / 40320))));
   const BitsOf<V> quarter = float_bits(shifted);
+  // Odd quarters swap sine and cosine. The cosine is negative in quarters 1 and 2, the sine in 2
+  // and 3: the shifts move bit 1 to the sign bit.
   const MaskOf<V> odd = (quarter & 1u) != 0u;
   return {xor_sign(((quarter + 1u) & 2u) << 30, select(odd, s, c)),
           xor_sign((quarter & 2u) << 30, select(odd, c, s))};
@@ -119,7 +121,7 @@ PM_HD inline V atan2_turns(V y, V x) {
   // Minimax odd polynomial for atan on [0, 1] (Abramowitz & Stegun 4.4.49).
   V a = t * (0.9998660f +
              t2 * (-0.3302995f + t2 * (0.1801410f + t2 * (-0.0851330f + t2 * 0.0208351f))));
-  a = a * (0.5f * kInvPi);
+  a = a * (0.5f * kInvPi);  // from radians to turns
   a = select(ay > ax, 0.25f - a, a);
   a = select(x < 0.0f, 0.5f - a, a);
   return select(y < 0.0f, -a, a);

@@ -18,7 +18,7 @@ Shading lane(const ShadingOf<Pack3>& s, int l) {
 }
 Sample4 lane(const Sample4Of<Pack>& s, int l) { return {s.a[l], s.b[l], s.c[l], s.d[l]}; }
 
-/// Indices of some of the wave's paths.
+/// A list of paths of the wave, by their rows: their indices in Tracer::paths_.
 struct PathList {
   std::array<std::uint16_t, Wavefront::kMax> items;
   int count = 0;
@@ -77,7 +77,7 @@ class Tracer {
  private:
   struct IntersectionRow {
     Intersection intersection;
-    float padding[2];
+    float padding[2];  // load_rows() reads multiples of eight floats
   };
   static_assert(sizeof(IntersectionRow) == 8 * sizeof(float));
 
@@ -116,8 +116,9 @@ class Tracer {
     return intersection;
   }
 
-  /// Calls f(paths, rows, live lanes) for eight paths of a list at a time. f returns the lanes
-  /// whose paths continue.
+  /// Calls f(paths, rows, live) for eight paths of a list at a time, and stores the paths that f
+  /// has not stored (handled_). `live`: lanes that hold a path. f returns the lanes whose paths
+  /// continue.
   template <class F>
   void for_each_packet(const PathList& list, const F& f) {
     for (int first = 0; first < list.count; first += kLanes) {
@@ -145,7 +146,7 @@ class Tracer {
       IntersectionOf<Pack> intersections[2];
       for (int k = 0; k < count; k += kLanes)
         rays[k / kLanes] = load(load_row_indices(to_intersect, first + k)).ray;
-      intersect_closest(world_, rays, intersections, count, depth_ == 1, stats_);
+      intersect_closest(world_, rays, intersections, count, /*coherent=*/depth_ == 1, stats_);
       for (int i = 0; i < count; ++i) {
         const std::uint32_t row = to_intersect.items[first + i];
         const Intersection intersection = lane(intersections[i / kLanes], i % kLanes);
@@ -162,7 +163,8 @@ class Tracer {
     return {{sampler_, wave_.sequence, path.sample}, depth_, world_.direct_only};
   }
 
-  // The shade functions add light and scatter the paths. They return the lanes whose paths go on.
+  // The shade functions add light and scatter the paths. They return the lanes whose paths
+  // continue.
 
   PackMask shade_floor_hits(Paths& path, PackBits rows, PackMask live) {
     const Pack distance = load_intersection(rows).floor;
@@ -170,7 +172,7 @@ class Tracer {
     const FloorPointOf<Pack3> point = floor_point(world_.floor, path.ray, distance);
     add_sky(world_, path, point.fade, live);
     path.throughput = path.throughput * (1.0f - point.fade);
-    Vertices vertices{path, rows, {}, live, {}, shadows_};
+    Vertices vertices{path, rows, /*origin=*/{}, live, /*uses_mis=*/{}, shadows_};
     const PackMask continues =
         scatter_on_floor(world_, vertices, point, make_vertex_random(path), stats_);
     path.depth_left = path.depth_left - 1.0f;
@@ -194,11 +196,11 @@ class Tracer {
     }
     const BsdfOf<Pack3> bsdf =
         make_bsdf_at(world_, hit, point.shading, -path.ray.direction, has(path, kScattered));
-    Vertices vertices{path, rows, {}, live, {}, shadows_};
+    Vertices vertices{path, rows, /*origin=*/{}, live, /*uses_mis=*/{}, shadows_};
     return scatter_on_mesh(world_, vertices, point, bsdf, random);
   }
 
-  /// Continues the stored paths that hit glass, one by one.
+  /// Refracts or reflects the paths of the lanes `glass` one by one. They must be stored.
   void pass_glass_one_by_one(PackBits rows, PackMask glass, const SurfacePointOf<Pack3>& point,
                              const ShadingOf<Pack3>& shading, const Sample4Of<Pack>& random) {
     for (int l = 0; l < kLanes; ++l) {
@@ -252,7 +254,7 @@ class Tracer {
   PathList active_, escaped_, floors_, meshes_, inside_glass_, depth_limit_;
   std::array<PathRow, Wavefront::kMax> paths_;
   std::array<IntersectionRow, Wavefront::kMax> intersections_;
-  std::array<Vec3, Wavefront::kMax> direct_;
+  std::array<Vec3, Wavefront::kMax> direct_;  ///< light of each path's shadow rays
   ShadowRays shadows_{world_, stats_, direct_.data()};
 };
 

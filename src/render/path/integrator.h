@@ -32,7 +32,7 @@ PM_HD inline PathLight make_result(const PathRow& path, Vec3 direct) {
 
 /// Camera rays whose paths are traced together, and their light.
 struct Wavefront {
-  static constexpr int kMax = 512;
+  static constexpr int kMax = 512;  ///< maximum number of rays
   int count = 0;
   std::array<Ray, kMax> rays;               ///< `far` is ignored
   std::array<std::uint32_t, kMax> samples;  ///< SampleIndex::reversed of each ray

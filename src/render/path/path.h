@@ -26,7 +26,7 @@ inline constexpr std::uint32_t kHitsLights = 1;
 inline constexpr std::uint32_t kFromCamera = 2;
 /// The path has hit glass.
 inline constexpr std::uint32_t kThroughGlass = 4;
-/// The first vertex is on a shadow catcher (PathLight).
+/// The first vertex is on a shadow catcher (PathLight in integrator.h).
 inline constexpr std::uint32_t kOnShadowFloor = 8;
 /// The path has been scattered by a diffuse or rough surface. From then on glossy lobes are treated
 /// as diffuse ones of the same colour. This keeps their energy; their caustics would be noise at
@@ -47,11 +47,11 @@ struct PathOf {
   /// have no noise from the sky. This member is the throughput of the contribution that has been
   /// added.
   T3 control_variate{};
-  V pdf{};                                 ///< pdf of the ray's direction, per solid angle
-  V alpha = broadcast<V>(1);               ///< PathLight::alpha
-  V unlit{};                               ///< PathLight::unlit
-  V depth_left{};                          ///< surfaces at which the path may still scatter
-  V mirrors = broadcast<V>(kFreeMirrors);  ///< sharp mirrors that do not yet count for the depth
+  V pdf{};                                      ///< pdf of the ray's direction, per solid angle
+  V alpha = broadcast<V>(1);                    ///< PathLight::alpha
+  V unlit{};                                    ///< PathLight::unlit
+  V depth_left{};                               ///< surfaces at which the path may still scatter
+  V free_mirrors = broadcast<V>(kFreeMirrors);  ///< sharp mirrors that do not count for depth yet
   BitsOf<V> flags = BitsOf<V>{} + (kFromCamera | (kMaxGlassBoundaries << kGlassShift));
   BitsOf<V> sample{};  ///< SampleIndex::reversed
 };
@@ -120,9 +120,9 @@ PM_HD T3 clamp_indirect(const World& world, const PathOf<T3>& path, const T3& li
 
 // The following functions change only the lanes `where`.
 
-/// Adds the sky, of which the ray sees `fraction`: 1 if the ray leaves the scene, the fade of the
-/// floor (FloorPointOf) if it hits that, or 0 if it hits a mesh. Camera rays see the backdrop. For
-/// other rays the calm part replaces what the control variate has added.
+/// Adds the light of the sky, of which the ray sees `fraction`: 1 if the ray leaves the scene, the
+/// fade of the floor (FloorPointOf) if it hits that, or 0 if it hits a mesh. Camera rays see the
+/// backdrop. For other rays the calm part replaces what the control variate has added.
 template <class T3>
 PM_HD_CALL void add_sky(const World& world, PathOf<T3>& path, ComponentOf<T3> fraction,
                         MaskOf<T3> where) {

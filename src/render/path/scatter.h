@@ -15,7 +15,7 @@ template <class V>
 struct VertexRandomOf {
   /// Offsets of the sets, larger than any depth. kTimeSet lies between them.
   static constexpr std::uint32_t kSkySets = 1024, kGlassSets = 2048, kLightSets = 8192;
-  static constexpr std::uint32_t kMaxLights = 32;
+  static constexpr std::uint32_t kMaxLights = 32;  ///< sets per vertex, at least kMaxLamps
   PathSamplerOf<V> sampler;
   std::uint32_t set;  ///< 1 + v at vertex v
   bool centered;      ///< lights are sampled at their centres
@@ -55,8 +55,8 @@ template <class T3>
 struct DirectLightOf {
   T3 direction;
   ComponentOf<T3> distance;  ///< distance of the light
-  T3 radiance;
-  MaskOf<T3> lanes;
+  T3 radiance;               ///< contribution to the path's radiance
+  MaskOf<T3> lanes;          ///< lanes to which light arrives
 };
 
 /// Adds a shadow ray towards a light. Where vertices.records_unlit, the unoccluded light is
@@ -88,7 +88,7 @@ PM_HD void add_sun(const World& world, VerticesOf<T3, Shadows>& vertices, const 
        vertices.path.throughput * bsdf.value * sun.sample_power * weight, vertices.live});
 }
 
-/// Adds the light of one lamp, as add_sun() does.
+/// Adds the light of one lamp. `scatter`: as in add_sun().
 template <class T3, class Shadows, class Scatter>
 PM_HD void add_lamp(const World& world, VerticesOf<T3, Shadows>& vertices, const Lamp& lamp,
                     const Sample4Of<ComponentOf<T3>>& random, const Scatter& scatter) {
@@ -103,7 +103,7 @@ PM_HD void add_lamp(const World& world, VerticesOf<T3, Shadows>& vertices, const
                            vertices.path.throughput * bsdf.value * sample.power * weight, lit});
 }
 
-/// Adds light from the bright part of the sky.
+/// Adds light from the bright part of the sky. `scatter`: as in add_sun().
 template <class T3, class Shadows, class Scatter>
 PM_HD void add_bright_sky(const World& world, VerticesOf<T3, Shadows>& vertices,
                           const Sample4Of<ComponentOf<T3>>& random, const Scatter& scatter) {
@@ -119,7 +119,7 @@ PM_HD void add_bright_sky(const World& world, VerticesOf<T3, Shadows>& vertices,
        lit});
 }
 
-/// Adds all lights except the key light.
+/// Adds all lights except the key light. `scatter`: as in add_sun().
 template <class T3, class Shadows, class Scatter>
 PM_HD void add_more_lights(const World& world, VerticesOf<T3, Shadows>& vertices,
                            const VertexRandomOf<ComponentOf<T3>>& random, const Scatter& scatter) {
@@ -214,9 +214,9 @@ PM_HD MaskOf<T3> scatter_on_floor(const World& world, VerticesOf<T3, Shadows>& v
   const MaskOf<T3> records_unlit = broadcast_mask<MaskOf<T3>>(world.shadow_only) &
                                    has(path, kFromCamera) & !has(path, kThroughGlass);
   set(path, kOnShadowFloor, has(path, kOnShadowFloor) | records_unlit);
+  // The key light. A disc that is completely above the floor's horizon contributes its irradiance
+  // times the cosine, without noise.
   const DistantLight& key = world.suns.front();
-  // A disc that is completely above the floor's horizon contributes its irradiance times the
-  // cosine, without noise.
   const bool is_above_horizon = key.frame.z.y >= key.sin_radius;
   MaskOf<T3> unoccluded{};
   if (is_above_horizon) {
@@ -233,6 +233,7 @@ PM_HD MaskOf<T3> scatter_on_floor(const World& world, VerticesOf<T3, Shadows>& v
     shadow_vertices.records_unlit = records_unlit & broadcast_mask<MaskOf<T3>>(!is_above_horizon);
     add_sun(world, shadow_vertices, key, sample, lambert);
   }
+  // The other lights and the calm sky.
   vertices.records_unlit = records_unlit;
   add_more_lights(world, vertices, random, lambert);
   const V variate_weight = control_variate_weight(world, vertices.origin);
@@ -245,6 +246,7 @@ PM_HD MaskOf<T3> scatter_on_floor(const World& world, VerticesOf<T3, Shadows>& v
   }
   path.radiance = path.radiance + sky_light * variate_weight;
 
+  // The next direction.
   const T3 local = cosine_direction(sample.c, sample.d);
   const T3 direction{local.x, local.z, -local.y};  // from z up to y up
   path.ray = {vertices.origin, direction, path.ray.time};
@@ -289,6 +291,7 @@ PM_HD MaskOf<T3> scatter_on_mesh(const World& world, VerticesOf<T3, Shadows>& ve
     return MaskOf<T3>{};
   }
 
+  // The next direction.
   const T3 local = sample_bsdf(bsdf, sample.c, sample.d);
   const BsdfValueOf<T3> value = evaluate_bsdf(bsdf, local);
   const MaskOf<T3> scattered = vertices.live & (value.pdf > 0.0f);
@@ -303,8 +306,8 @@ PM_HD MaskOf<T3> scatter_on_mesh(const World& world, VerticesOf<T3, Shadows>& ve
           (sample.c < bsdf.diffuse_probability));
   set(path, kFromCamera, MaskOf<T3>{});
   const MaskOf<T3> mirror =
-      (!bsdf.has_diffuse) & (bsdf.sharpest_alpha < kMirrorAlpha) & (path.mirrors > 0.0f);
-  path.mirrors = path.mirrors - zero_unless(mirror, broadcast<V>(1));
+      (!bsdf.has_diffuse) & (bsdf.sharpest_alpha < kMirrorAlpha) & (path.free_mirrors > 0.0f);
+  path.free_mirrors = path.free_mirrors - zero_unless(mirror, broadcast<V>(1));
   path.depth_left = path.depth_left - zero_unless(!mirror, broadcast<V>(1));
   // A direction below the triangle but above the shading normal's horizon carries no light, so the
   // control variate is subtracted again.
@@ -314,12 +317,13 @@ PM_HD MaskOf<T3> scatter_on_mesh(const World& world, VerticesOf<T3, Shadows>& ve
   return scattered & above;
 }
 
-/// Refracts or reflects a path at a glass boundary.
+/// Refracts or reflects a path at a glass boundary. The caller chooses glass with the probability
+/// glass.transmission.
 PM_HD_CALL inline void pass_glass(const World& world, PathRow& path, const SurfacePoint& point,
                                   const Shading& glass, const Sample4& random) {
   const float eta = point.inside ? glass.ior : 1 / glass.ior;
   const float epsilon = world.epsilon;
-  // Divides by the probability with which the caller has chosen glass.
+  // The division makes up for the probability with which the caller has chosen glass.
   const Vec3 tint = glass_tint(glass) / std::max(glass.transmission, 1e-6f);
   const bool is_first_boundary = has(path, kFromCamera) && !has(path, kThroughGlass);
   path.flags |= kThroughGlass | kHitsLights;

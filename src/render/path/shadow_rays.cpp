@@ -46,7 +46,7 @@ void ShadowRays::trace(int first, int count) {
     const float* starts[kLanes];
     for (int l = 0; l < kLanes; ++l)
       starts[l] = &rows_[first + std::min(k + l, count - 1)].ray.origin.x;
-    Pack columns[8];
+    Pack columns[8];  // the first eight floats of a Row are its ray
     load_rows<8>(starts, columns);
     std::memcpy(&rays[k / kLanes], columns, sizeof columns);
   }

@@ -55,17 +55,18 @@ class ShadowRays {
  private:
   struct Row {
     Ray ray;
-    Vec3 light;
-    std::uint32_t path;
-    float padding[4];
+    Vec3 light;          ///< added if the ray is unoccluded
+    std::uint32_t path;  ///< index in direct_
+    float padding[4];    ///< load_rows() reads multiples of eight floats
   };
+  /// Traces `count` of the collected rays, at most kPacket, from index `first` on.
   void trace(int first, int count);
 
   const World& world_;
   RayStats& stats_;
   Vec3* direct_;
   int count_ = 0;
-  std::array<Row, 2 * kPacket> rows_;
+  std::array<Row, 2 * kPacket> rows_;  ///< collected rays, the first count_ entries
 };
 #endif
 

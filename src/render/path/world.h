@@ -24,9 +24,10 @@ struct World {
   Floor floor;
   Backdrop backdrop;
   Vec3 center;       ///< centre of a sphere around all meshes
-  float radius = 0;  ///< its radius; -infinity without meshes
+  float radius = 0;  ///< its radius; -infinity without meshes: nothing is occluded
   LookSettings look;
-  /// Radiance of a white surface under all these lights; unit of the limits of firefly clamping.
+  /// Radiance of a white surface under all these lights: the unit of kIndirectLimit and kDiscLimit
+  /// (path.h).
   float white = 1;
   /// Number of surfaces at which a path may scatter. The first mirrors do not count (kFreeMirrors).
   int max_depth = 4;
@@ -35,7 +36,7 @@ struct World {
   bool direct_only = false;
   bool has_glass = false;    ///< whether any mesh has glass
   bool transparent = false;  ///< camera rays see no backdrop
-  bool shadow_only = false;  ///< the floor is a shadow catcher (PathLight)
+  bool shadow_only = false;  ///< the floor is a shadow catcher (PathLight in integrator.h)
   float time = 0;            ///< time within the sequence, shown by an AOV
 };
 

@@ -83,9 +83,9 @@ struct EdgeFunctions {
            sum != 0;
   }
   /// Tests whether the line passes edge i so closely that Embree's floats cannot decide the side.
-  /// The error of an edge function is that of a position times the edge's length in space, not in
-  /// projection. `margin2`: the square of the maximum error of a position, scene units squared. The
-  /// direction must have length 1.
+  /// The error of an edge function is at most a position's error times the edge's length in space
+  /// (not in projection). `margin2`: the square of the maximum error of a position, scene units
+  /// squared. The direction must have length 1.
   PM_HD bool near(int i, double margin2) const { return near_edges(margin2)[i] != 0; }
   PM_HD bool near_any(double margin2) const {
     const PerCornerMask near = near_edges(margin2);
@@ -108,14 +108,15 @@ struct TriangleIntersection {
   double distance = 0;  ///< along the direction; may be negative
   double u = 0, v = 0;  ///< weights of the second and the third corner
 };
-/// Computes the intersection of a line with direction d that passes through the triangle.
-PM_HD inline TriangleIntersection compute_intersection(const EdgeFunctions& sides, Vec3d d) {
-  const double scale = 1 / sides.sum;
+/// Computes the intersection of a line with direction d. The line must pass through the triangle
+/// (EdgeFunctions::inside()).
+PM_HD inline TriangleIntersection compute_intersection(const EdgeFunctions& edges, Vec3d d) {
+  const double scale = 1 / edges.sum;
   // The distance is a weighted mean of the corners' distances, so it stays near their range even
   // for grazing rays.
-  const PerCorner along = sides.at * (sides.x * d.x + sides.y * d.y + sides.z * d.z);
-  return {(along[0] + along[1] + along[2]) * scale / dot(d, d), sides.at[1] * scale,
-          sides.at[2] * scale};
+  const PerCorner along = edges.at * (edges.x * d.x + edges.y * d.y + edges.z * d.z);
+  return {(along[0] + along[1] + along[2]) * scale / dot(d, d), edges.at[1] * scale,
+          edges.at[2] * scale};
 }
 
 }  // namespace polymorph

@@ -26,10 +26,10 @@ inline constexpr std::uint32_t kNoMesh = 0xffffffffu;
 /// Intersection of a ray with a mesh; by default there is none.
 template <class V>
 struct MeshHitOf {
-  BitsOf<V> mesh = BitsOf<V>{} + kNoMesh;
-  BitsOf<V> triangle{};
-  V distance{};
-  V u{}, v{};  ///< weights of the triangle's second and third corner
+  BitsOf<V> mesh = BitsOf<V>{} + kNoMesh;  ///< index in RenderScene::meshes, or kNoMesh
+  BitsOf<V> triangle{};                    ///< index in the mesh
+  V distance{};                            ///< along the ray, in scene units
+  V u{}, v{};                              ///< weights of the triangle's second and third corner
 };
 using MeshHit = MeshHitOf<float>;
 
@@ -38,7 +38,8 @@ template <class T3>
 struct SurfacePointOf {
   T3 position;
   T3 normal;   ///< the triangle's normal, on the side of the ray's origin; unit
-  T3 shading;  ///< interpolated normal, on the same side and facing the ray; unit
+  T3 shading;  ///< interpolated normal, on the side of `normal` and facing the ray, or `normal` if
+               ///< the mesh has none; unit
   T3 lifted;   ///< position on the smooth surface that the shading normals describe; further rays
                ///< start there
   MaskOf<T3> inside{};  ///< the ray came from behind the triangle

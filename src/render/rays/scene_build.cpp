@@ -108,8 +108,8 @@ void collect_fans(MeshToTrace& traced) {
       traced.fans[--traced.fan_begin[v]] = static_cast<std::uint32_t>(i);
 }
 
-/// Adds a mesh to Embree's scene as widened triangles. If Embree fails, returns false, and
-/// note_error() has its reason.
+/// Adds a mesh to Embree's scene as widened triangles. If Embree fails, returns false; it has then
+/// called note_error() with the reason.
 bool attach_mesh(RTCDevice device, RTCScene scene, MeshToTrace& traced, unsigned id, float margin) {
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
   if (!geometry) return false;
@@ -223,8 +223,8 @@ TracedScene::TracedScene(const std::vector<RenderMesh>& meshes, float shutter,
   const auto margin = static_cast<double>(max_length_ * kMaxError);
   for (MeshToTrace& mesh : meshes_) {
     mesh.margin2 = margin * margin;
-    // The factor covers rounding.
-    mesh.clear = 1.000001 * margin * longest_edge(mesh);
+    // The factor covers rounding of the product.
+    mesh.near_limit = 1.000001 * margin * longest_edge(mesh);
   }
   const Vec3 pad = Vec3{1, 1, 1} * epsilon_;
   bounds_ = {low - pad, high + pad};

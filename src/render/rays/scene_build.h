@@ -26,7 +26,7 @@ struct RayDevice {
     void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
   };
   std::unique_ptr<RTCDeviceTy, Release> device;
-  std::string isa;
+  std::string isa;  ///< name of the instruction set in use (make_ray_device() lists them)
 
   /// The first error reported by Embree's callback; written on any thread.
   struct Report {
@@ -118,7 +118,7 @@ class TracedScene {
   std::vector<MeshToTrace> meshes_;
   Box bounds_;
   float epsilon_ = 0;
-  float max_length_ = 0;  ///< maximum length of a ray
+  float max_length_ = 0;  ///< maximum distance from a ray's origin to a hit
 };
 
 }  // namespace polymorph

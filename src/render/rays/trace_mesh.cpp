@@ -12,14 +12,14 @@ namespace {
 /// context. A ray's `id` is its index in the arrays.
 struct Query {
   RTCIntersectContext context;  // must be the first member, because Embree passes its address
-  float slack;
-  const RayOf<Pack3>* rays;
+  float slack;                  // TracedScene::slack()
+  const RayOf<Pack3>* rays;     // one or two packs
   // Per ray: the nearest hit so far; without a hit, `distance` is the ray's `far`.
   alignas(32) std::array<double, kPacket> distance;
   alignas(32) std::array<float, kPacket> u, v;
   alignas(32) std::array<std::uint32_t, kPacket> mesh, triangle;
 
-  Query(const TracedScene& scene, const RayOf<Pack3>* rays_) : slack(scene.slack()), rays(rays_) {
+  Query(const TracedScene& scene, const RayOf<Pack3>* packs) : slack(scene.slack()), rays(packs) {
     rtcInitIntersectContext(&context);
   }
 };
@@ -60,14 +60,14 @@ void for_intersected(const RTCFilterFunctionNArguments* args, const F& f) {
              f(lane, i, triangle, intersection);
     };
     const std::uint32_t triangle = RTCHitN_primID(args->hit, n, lane);
-    const EdgeFunctions sides =
+    const EdgeFunctions edges =
         compute_edge_functions(traced, traced.mesh->triangles[triangle], ray, d);
     bool any_hit = false;
-    if (sides.closest() > traced.clear || !sides.near_any(traced.margin2)) {
-      any_hit = sides.inside() && accept(triangle, compute_intersection(sides, d));
+    if (edges.closest() > traced.near_limit || !edges.near_any(traced.margin2)) {
+      any_hit = edges.inside() && accept(triangle, compute_intersection(edges, d));
     } else {
       // Embree may report only one of several triangles at the edge.
-      EdgeNeighborhood(traced, ray).for_each_near(triangle, sides, [&](std::uint32_t other) {
+      EdgeNeighborhood(traced, ray).for_each_near(triangle, edges, [&](std::uint32_t other) {
         TriangleIntersection intersection;
         if (intersects_triangle(traced, other, ray, intersection))
           any_hit = accept(other, intersection) || any_hit;
@@ -77,6 +77,8 @@ void for_intersected(const RTCFilterFunctionNArguments* args, const F& f) {
   }
 }
 
+/// Callback for closest(): stores the hit in the query if it is the nearest so far. Of equally near
+/// hits, the one with the lowest mesh and then the lowest triangle counts.
 void accept_nearest(const RTCFilterFunctionNArguments* args) {
   auto& query = *reinterpret_cast<Query*>(args->context);
   for_intersected(args, [&](unsigned lane, unsigned i, std::uint32_t triangle,
@@ -98,6 +100,7 @@ void accept_nearest(const RTCFilterFunctionNArguments* args) {
   });
 }
 
+/// Callback for test_occlusion().
 void accept_any(const RTCFilterFunctionNArguments* args) {
   for_intersected(
       args, [](unsigned, unsigned, std::uint32_t, const TriangleIntersection&) { return true; });
@@ -155,15 +158,15 @@ MeshHit TracedScene::closest(const Ray& ray) const {
   single.ray = {ray.origin.x,
                 ray.origin.y,
                 ray.origin.z,
-                0.0f,
+                0.0f,  // tnear
                 ray.direction.x,
                 ray.direction.y,
                 ray.direction.z,
                 ray.time,
                 ray.far + slack(),
-                0xffffffffu,
-                0,
-                0};
+                0xffffffffu,  // mask
+                0,            // id
+                0};           // flags
   single.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   single.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   rtcIntersect1(scene_.get(), &query.context, &single);
@@ -181,6 +184,7 @@ void TracedScene::closest(const RayOf<Pack3>* rays, MeshHitOf<Pack>* hits, int c
   query.triangle.fill(0);
   for (int i = 0; i < count; ++i)
     query.distance[i] = static_cast<double>(rays[i / kLanes].far[i % kLanes]);
+  // All bits set: RTC_INVALID_GEOMETRY_ID.
   std::memset(packet.hit.geomID, 0xff, sizeof packet.hit.geomID);
   std::memset(packet.hit.instID, 0xff, sizeof packet.hit.instID);
   if (fill_packet(*this, rays, count, packet.ray, valid)) {
@@ -205,7 +209,7 @@ std::uint32_t TracedScene::test_occlusion(const RayOf<Pack3>* rays, int count) c
   if (!fill_packet(*this, rays, count, packet, valid)) return 0;
   rtcOccluded16(valid, scene_.get(), &query.context, &packet);
   std::uint32_t bits = 0;
-  for (int first = 0; first < count; first += kLanes)
+  for (int first = 0; first < count; first += kLanes)  // Embree makes tfar of occluded rays -inf
     bits |= Lanes<Pack>::bits(Lanes<Pack>::load(packet.tfar + first) < 0.0f) << first;
   return bits;
 }

@@ -11,9 +11,9 @@ namespace polymorph {
 template <class Mesh, class Indices>
 struct TracedMeshOf {
   const Mesh* mesh = nullptr;
-  float shutter = 0;
+  float shutter = 0;   ///< time that the shutter is open, in frames
   double margin2 = 0;  ///< square of the maximum error of Embree's floats, in scene units squared
-  double clear = 0;    ///< no ray is near an edge whose edge function exceeds this in magnitude
+  double near_limit = 0;  ///< no edge is near if the edge functions all exceed this in magnitude
   /// The triangles around vertex v are fans[fan_begin[v]] ... fans[fan_begin[v + 1] - 1].
   Indices fan_begin, fans;
 
@@ -51,27 +51,27 @@ class EdgeNeighborhood {
   /// Calls f(other) for all triangles that share a corner with an edge of `triangle` close to the
   /// ray.
   template <class F>
-  PM_HD void for_each_near(std::uint32_t triangle, const EdgeFunctions& sides, const F& f) const {
+  PM_HD void for_each_near(std::uint32_t triangle, const EdgeFunctions& edges, const F& f) const {
     const Triangle& t = traced_.mesh->triangles[triangle];
     // Edge i is opposite to corner i, so the edges at corner k are k + 1 and k + 2.
     for (int k = 0; k < 3; ++k)
-      if (sides.near((k + 1) % 3, traced_.margin2) || sides.near((k + 2) % 3, traced_.margin2))
+      if (edges.near((k + 1) % 3, traced_.margin2) || edges.near((k + 2) % 3, traced_.margin2))
         for (std::uint32_t i = traced_.fan_begin[t.v[k]]; i < traced_.fan_begin[t.v[k] + 1]; ++i)
           f(traced_.fans[i]);
   }
 
   /// Tests whether the mesh continues beyond every edge close to the ray. The ray must hit
   /// `triangle`.
-  PM_HD_CALL bool is_covered(std::uint32_t triangle, const EdgeFunctions& sides) const {
+  PM_HD_CALL bool is_covered(std::uint32_t triangle, const EdgeFunctions& edges) const {
     const Triangle& t = traced_.mesh->triangles[triangle];
     for (int k = 0; k < 3; ++k) {
-      const bool near_incoming = sides.near((k + 1) % 3, traced_.margin2);
-      const bool near_outgoing = sides.near((k + 2) % 3, traced_.margin2);
+      const bool near_incoming = edges.near((k + 1) % 3, traced_.margin2);
+      const bool near_outgoing = edges.near((k + 2) % 3, traced_.margin2);
       // If the ray is close to both edges at a corner, all edges of the corner are tested.
       // Otherwise an edge is tested at its first corner.
       if (near_incoming && near_outgoing
               ? !is_corner_covered(t.v[k])
-              : near_outgoing && !is_edge_covered(t.v[k], t.v[(k + 1) % 3], sides.sum > 0))
+              : near_outgoing && !is_edge_covered(t.v[k], t.v[(k + 1) % 3], edges.sum > 0))
         return false;
     }
     return true;
@@ -97,13 +97,14 @@ class EdgeNeighborhood {
   PM_HD bool is_corner_covered(std::uint32_t v) const {
     for (std::uint32_t i = traced_.fan_begin[v]; i < traced_.fan_begin[v + 1]; ++i) {
       const Triangle& t = traced_.mesh->triangles[traced_.fans[i]];
-      const EdgeFunctions sides = compute_edge_functions(traced_, t, ray_, d_);
+      const EdgeFunctions edges = compute_edge_functions(traced_, t, ray_, d_);
       const int k = find_corner(t, v);
-      if (sides.near((k + 2) % 3, traced_.margin2) &&
-          !is_edge_covered(v, t.v[(k + 1) % 3], sides.sum > 0))
+      if (edges.near((k + 2) % 3, traced_.margin2) &&
+          !is_edge_covered(v, t.v[(k + 1) % 3], edges.sum > 0))
         return false;
-      if (sides.near((k + 1) % 3, traced_.margin2) &&
-          !is_edge_covered(v, t.v[(k + 2) % 3], sides.sum < 0))
+      // The edge that ends at v is given in reverse, so the triangle's facing is reversed too.
+      if (edges.near((k + 1) % 3, traced_.margin2) &&
+          !is_edge_covered(v, t.v[(k + 2) % 3], edges.sum < 0))
         return false;
     }
     return true;
@@ -123,13 +124,13 @@ template <class Traced>
 PM_HD bool intersects_triangle(const Traced& traced, std::uint32_t triangle, const Ray& ray,
                                TriangleIntersection& intersection) {
   const Vec3d d(ray.direction);
-  const EdgeFunctions sides =
+  const EdgeFunctions edges =
       compute_edge_functions(traced, traced.mesh->triangles[triangle], ray, d);
-  if (!sides.inside()) return false;
-  if (sides.closest() <= traced.clear && sides.near_any(traced.margin2) &&
-      !EdgeNeighborhood(traced, ray).is_covered(triangle, sides))
+  if (!edges.inside()) return false;
+  if (edges.closest() <= traced.near_limit && edges.near_any(traced.margin2) &&
+      !EdgeNeighborhood(traced, ray).is_covered(triangle, edges))
     return false;
-  intersection = compute_intersection(sides, d);
+  intersection = compute_intersection(edges, d);
   return true;
 }
 

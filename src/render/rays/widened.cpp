@@ -59,6 +59,7 @@ TriangleCorners widen(const TriangleCorners& c, double margin) {
 /// `first`.
 TriangleCorners make_cover(const TriangleCorners& c, int first, double margin) {
   const Vec3d p = c[first], q = c[(first + 1) % 3], r = c[(first + 2) % 3];
+  // Axes of the cover: along the longest side, and towards r (any perpendicular if r lies on it).
   const double length = norm(q - p);
   const Vec3d along = length > 0 ? (q - p) * (1 / length) : Vec3d{1, 0, 0};
   Vec3d up = r - p - along * dot(r - p, along);
