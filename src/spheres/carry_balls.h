@@ -23,7 +23,8 @@ struct CarriedBalls {
 /// A point of the model's surface that a ball moves with.
 struct BoundPoint {
   std::uint32_t point = 0;  ///< index into the model's points
-  float weight = 0;  ///< the area around the point, times a falloff from 1 to 0 with the distance
+  /// The area around the point, times a falloff from 1 to 1e-4 with the distance.
+  float weight = 0;
 };
 
 /// Lists for each ball the points of the surface that it moves with: the points near the ball that

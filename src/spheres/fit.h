@@ -16,7 +16,7 @@ namespace polymorph {
 
 struct FitSettings {
   bool ellipsoids = true;  ///< fit ellipsoids; false: round balls only
-  int iterations = 30;     ///< total number of Levenberg-Marquardt steps
+  int iterations = 30;     ///< number of Levenberg-Marquardt steps, without those of the passes
   int rounds = 6;  ///< number of times that the least useful balls are moved to the largest errors
   int passes = 3;  ///< number of searches of the whole surface for parts far from the model
 };
@@ -24,7 +24,7 @@ struct FitSettings {
 struct FitResult {
   std::vector<Ball> balls;  ///< one per sphere; their surface is at field = 1
   double rms = 0;  ///< RMS of the signed distance e (see fit_balls()) at the samples, scene units
-  int iterations = 0;  ///< number of Levenberg-Marquardt steps made
+  int iterations = 0;  ///< number of steps made; a round that ends early counts as complete
 };
 
 /// Fits Gaussian balls whose surface, psi = ln(field) = 0, passes through the boundary samples.

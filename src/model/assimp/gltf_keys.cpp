@@ -121,8 +121,8 @@ double read_number(const char* bytes, double scale) {
 std::optional<std::vector<double>> Accessors::numbers(const JsonValue& index, std::size_t width) {
   struct Kind {
     std::int64_t code;  ///< componentType in the file
-    std::size_t size;
-    double max_value;
+    std::size_t size;   ///< bytes
+    double max_value;   ///< value that stands for 1 if the accessor is normalized
     double (*read)(const char*, double);
   };
   static constexpr Kind kKinds[] = {{5120, 1, 127, read_number<std::int8_t>},
@@ -137,6 +137,7 @@ std::optional<std::vector<double>> Accessors::numbers(const JsonValue& index, st
   const auto* const kind = std::find_if(
       std::begin(kKinds), std::end(kKinds),
       [code = accessor.get("componentType").integer](const Kind& k) { return k.code == code; });
+  // Sparse accessors are not supported.
   if (!count || !buffer_index || kind == std::end(kKinds) || accessor.contains("sparse"))
     return std::nullopt;
   const std::string& bytes = buffer(*buffer_index);
