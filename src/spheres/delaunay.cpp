@@ -55,6 +55,7 @@ Result<std::vector<Tetrahedron>> delaunay_tetrahedra(std::span<const Vec3d> poin
     facets.push_back(facet);
     tetrahedra.push_back(t);
   }
+  // Link neighbours, now that all tetrahedra have an index.
   for (std::size_t i = 0; i < facets.size(); ++i) {
     std::size_t side = 0;
     tetrahedra[i].neighbors.fill(Tetrahedron::kNone);

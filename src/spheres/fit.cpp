@@ -95,11 +95,12 @@ FitBall make_ball(const Sphere& sphere, const SecondMoments& moments, double len
   Eigen::SelfAdjointEigenSolver<Matrix3d> axes(moments.second / moments.weight -
                                                mean * mean.transpose());
   // The variance of a solid ellipsoid along an axis is a fifth of its squared half axis.
-  const double smallest = 0.004 * length;
-  const Vector3d half = (5 * axes.eigenvalues()).cwiseMax(smallest * smallest).cwiseSqrt();
+  const double min_half_axis = 0.004 * length;
+  const Vector3d half_axes =
+      (5 * axes.eigenvalues()).cwiseMax(min_half_axis * min_half_axis).cwiseSqrt();
   ball.center = mean;
-  ball.root =
-      (std::sqrt(kWeight) * half.cwiseInverse()).asDiagonal() * axes.eigenvectors().transpose();
+  ball.root = (std::sqrt(kWeight) * half_axes.cwiseInverse()).asDiagonal() *
+              axes.eigenvectors().transpose();
   return ball;
 }
 
@@ -252,7 +253,7 @@ std::vector<double> compute_contributions(const Fit& fit) {
   for (std::size_t s = 0; s < fit.sample_count; ++s) {
     const std::size_t p = 3 * s;
     for (std::uint32_t e = fit.rows.begins[p]; e < fit.rows.begins[p + 1]; ++e) {
-      // Without the ball psi changes by ln(1 - q).
+      // Without the ball psi changes by ln(1 - q); the two limits keep this finite.
       const double q = std::min(static_cast<double>(fit.rows.weights[e]), 0.999);
       const double shift = std::min(-exact::log1p(-q) / fit.rows.steepness[p], 0.05 * fit.length);
       contributions[fit.rows.balls[e]] += shift * shift;

@@ -321,6 +321,7 @@ Result<SphereTree> build_hubbard_tree(const Model& model, const InsideTest& test
   const std::vector<SurfaceSample> samples =
       sample_surface(model, static_cast<std::size_t>(count), settings.seed);
   const double diagonal = static_cast<double>(model.box().diagonal());
+  // The vertices of the samples' Voronoi diagram are the centres of the Delaunay spheres.
   std::vector<Vec3d> points, jittered;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     points.emplace_back(samples[i].point);

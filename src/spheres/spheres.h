@@ -99,8 +99,9 @@ std::filesystem::path default_cache_folder();
 /// inverse-square ball has w = blob_constant * magnitude * R^2 / threshold.
 std::vector<Ball> convert_to_balls(const std::vector<Sphere>& spheres, const FieldSettings& field);
 
-/// Converts spheres to balls; equalizes the field and matches `volume` if the settings ask for it,
-/// measured on a surface with cells of edge `cell`. Errors: as extract_surface().
+/// Converts spheres to balls. If `field` asks for it, equalizes the field, and matches
+/// `measure.volume` (if positive) on a surface with cells of edge `measure.cell`. Errors: as
+/// extract_surface().
 Result<std::vector<Ball>> make_unfitted_balls(const std::vector<Sphere>& spheres,
                                               SphereMethod method, FieldSettings field,
                                               const VolumeMeasure& measure, Engine& engine);

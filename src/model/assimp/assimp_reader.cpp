@@ -493,6 +493,7 @@ int main(int argc, char** argv) {
   std::string suffix = path.extension().string();
   std::transform(suffix.begin(), suffix.end(), suffix.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  // Read the scene, check its size and write it.
   try {
     Assimp::Importer importer;
     importer.SetIOHandler(new FolderIO(path));

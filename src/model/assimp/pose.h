@@ -28,7 +28,7 @@ Pose pose_at(const aiScene& scene, const GltfFile& file, const std::vector<std::
 /// Vertices of a mesh in a pose.
 struct PosedMesh {
   std::vector<aiVector3D> points, normals;  ///< `normals`: empty where the mesh has none
-  bool in_scene = false;                    ///< a skin has transformed them to scene coordinates
+  bool in_scene = false;  ///< coordinates are the scene's (by a skin), else the node's
 };
 /// Applies the morph targets and the skin of a node's mesh.
 PosedMesh posed_mesh(const Pose& pose, const aiNode& node, const aiMesh& mesh);

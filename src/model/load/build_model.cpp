@@ -219,7 +219,7 @@ std::uint32_t Builder::find_color_material(const ObjFace& face, std::size_t mate
   const MtlMaterial* mtl = mtls_by_material_[material];
   if (face.color == ObjFace::kNoColor || (mtl && !mtl->texture.empty()))
     return material_index_[material];
-  const auto [found, is_new] =
+  const auto [entry, is_new] =
       color_materials_.try_emplace({material, face.color}, model_.materials.size());
   if (is_new) {
     Material colored = mtl ? mtl->material : Material{};
@@ -230,7 +230,7 @@ std::uint32_t Builder::find_color_material(const ObjFace& face, std::size_t mate
     colored.name = fmt::format("color_{:06x}", face.color);
     model_.materials.push_back(std::move(colored));
   }
-  return found->second;
+  return entry->second;
 }
 
 Builder::Outline Builder::make_outline(const ObjFace& face, std::size_t first) const {

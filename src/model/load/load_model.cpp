@@ -246,6 +246,7 @@ Result<LoadedModel> run_and_parse(const fs::path& path, const LoadObjSettings& s
                       first_line(imported.error));
   if (!imported.is_complete || !WIFEXITED(run.status) || WEXITSTATUS(run.status) != 0)
     return make_reader_error(file, run);
+  // Build the model as from an OBJ file.
   PM_TRY(ObjScan scan, scan_obj(imported.obj, file));
   PM_TRY(MtlSet mtls, parse_mtl(std::string(imported.mtl), file));
   run.bytes = {};  // frees the OBJ text, which is in `scan` now
