@@ -17,7 +17,7 @@ namespace polymorph {
 std::vector<std::uint32_t> find_texture_charts(const Model& model);
 
 /// A triangle that crosses a border of the model's charts or materials, with different colours or
-/// materials on the two sides.
+/// materials on the border's two sides.
 struct BorderTriangle {
   std::array<Vec3, 3> corners;  ///< points of the model, or near it
   ClosestPoint center_hit;      ///< the model's point closest to the mean of `corners`
@@ -97,7 +97,7 @@ PM_HD TexturePoint texture_point(const TexturedTriangles& source, const BorderTr
   return texture_point(
       source, closest(a * (1 - u - v) + b * u + c * v, (a + b + c) / 3.0f, border.center_hit));
 }
-/// Looks up the point in a Model with its ClosestPointQuery.
+/// Looks up a point of a border triangle in a Model, with the model's ClosestPointQuery.
 TexturePoint texture_point(const Model& model, const ClosestPointQuery& closest,
                            const BorderTriangle& border, float u, float v);
 

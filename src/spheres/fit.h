@@ -29,13 +29,13 @@ struct FitResult {
 
 /// Fits Gaussian balls whose surface, psi = ln(field) = 0, passes through the boundary samples.
 /// Minimizes Huber's loss of the residual e - target, where e = psi / |grad psi| is the first-order
-/// signed distance. The target is 0 at the samples, and the offset at points that are offset from
-/// the samples along their normals. At points throughout the box, only a wrong sign of e counts.
-/// Levenberg-Marquardt steps change the weight, the centre and the six parameters of each ball's
-/// ellipsoid (docs/method.md, Fit). The fit starts with one ball per sphere: an ellipsoid that
-/// approximates the region of the solid that is nearest to this sphere. Finally, constraints remove
-/// parts of the surface that lie far from the model. Deterministic for any number of threads.
-/// Errors: as extract_surface().
+/// signed distance. The target is 0 at the samples. At points offset from the samples along their
+/// normals, it is the offset (positive inside). At points throughout the box, only a wrong sign of
+/// e counts. Levenberg-Marquardt steps change the weight, the centre and the six parameters of each
+/// ball's ellipsoid (docs/method.md, Fit). The fit starts with one ball per sphere: an ellipsoid
+/// that approximates the region of the solid that is nearest to this sphere. Finally, constraints
+/// remove parts of the surface that lie far from the model. Deterministic for any number of
+/// threads. Errors: as extract_surface().
 Result<FitResult> fit_balls(const Model& model, const InsideTest& inside,
                             const std::vector<BoundarySample>& samples,
                             const std::vector<Sphere>& spheres, const FitSettings& settings);

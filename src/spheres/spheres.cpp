@@ -27,7 +27,7 @@ namespace {
 
 constexpr int kFinestResolution = 9;  // 2^24 cells
 
-/// A model with its inside test and boundary samples.
+/// A model with its inside test, and with its boundary samples once sample_solid() has drawn them.
 struct Solid {
   const Model& model;
   InsideTest inside;

@@ -164,7 +164,7 @@ std::optional<GltfKeys> read_keys(Accessors& accessors, const JsonValue& sampler
   if (interpolation == "STEP") keys.interpolation = GltfKeys::Interpolation::kStep;
   if (interpolation == "CUBICSPLINE") keys.interpolation = GltfKeys::Interpolation::kCubicSpline;
   keys.is_rotation = property == "rotation";
-  // An element of the weights' accessor is one number; each key has as many as there are targets.
+  // An element of the weights' accessor is one number, and a key has one element per morph target.
   const std::size_t element_width = keys.is_rotation ? 4 : property == "weights" ? 1 : 3;
   auto seconds = accessors.numbers(sampler.get("input"), 1);
   auto numbers = accessors.numbers(sampler.get("output"), element_width);
