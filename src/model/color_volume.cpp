@@ -17,7 +17,7 @@ namespace polymorph {
 namespace {
 
 constexpr std::size_t kSamples = 1 << 16;  ///< points on the model's surface
-constexpr int kCells = 64;                 ///< cells per box diagonal
+constexpr int kCells = 64;                 ///< number of cell edges in the box's diagonal
 /// Standard deviations, in cells, and weights of the three Gaussians.
 constexpr float kNarrowDeviation = 0.015f * kCells;
 constexpr std::array<float, 3> kDeviations = {kNarrowDeviation, 3 * kNarrowDeviation,

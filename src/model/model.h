@@ -17,11 +17,12 @@ constexpr std::uint32_t kNoIndex = 0xffffffffu;
 
 struct Material {
   std::string name;
-  Vec3 color{0.7f, 0.7f,
-             0.7f};  ///< scene-linear diffuse albedo (MTL Kd), multiplied with the texture
+  /// Scene-linear diffuse albedo (MTL Kd), multiplied with the texture.
+  Vec3 color{0.7f, 0.7f, 0.7f};
+  /// Reflectance at normal incidence, for metallic = 0; a metal reflects `color` instead.
   Vec3 specular{0.04f, 0.04f, 0.04f};
   float roughness = 0.5f;  ///< 0 mirror .. 1 matte (from MTL Ns)
-  float metallic = 0;
+  float metallic = 0;      ///< 0 dielectric .. 1 metal
   float transmission = 0;  ///< fraction of the light that enters, as into glass
   float ior = 1.5f;        ///< refractive index of the interior, for transmission
   int texture = -1;        ///< index into Model::textures, -1 = none

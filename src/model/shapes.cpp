@@ -19,7 +19,7 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 
 struct ShapeCorner {
-  std::uint32_t point;
+  std::uint32_t point;  ///< index into Model::points
   Vec3 normal;
   Vec2 uv;
 };
@@ -135,7 +135,8 @@ Model make_sphere() {
 }
 
 // Small drops distributed evenly in a ball: drop i lies in the i-th of 48 shells of equal volume.
-// Its height runs through 13 cycles, and its azimuth advances by the golden angle.
+// Its height runs through 13 cycles, and its azimuth advances by 0.618034 of a revolution, the
+// golden ratio minus 1.
 Model make_drops() {
   constexpr int kDrops = 48;
   constexpr double kRadius = 0.05, kMaxOffset = 1 - kRadius;

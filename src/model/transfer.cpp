@@ -86,7 +86,8 @@ std::array<Vec2, 3> continue_chart(const Model& model, const ClosestPoint& middl
   return uv;
 }
 
-/// Closest point and texture coordinates of each vertex, which about six corners share.
+/// Closest point and texture coordinates of each vertex, looked up once for the about six corners
+/// that share it.
 struct Nearest {
   std::vector<ClosestPoint> hits;
   std::vector<Vec2> uvs;  ///< empty if the model has no texture coordinates
@@ -176,26 +177,27 @@ TransferredMaterials transfer_materials(const Model& model, const ClosestPointQu
         for (std::size_t c = 0; c < 3; ++c) result.corner_uvs[3 * t + c] = nearest.uvs[v[c]];
       },
       256);
-  std::vector<std::uint32_t> crossing;
+  std::vector<std::uint32_t> crossing_triangles;
   for (std::uint32_t t = 0; t < triangles.size(); ++t)
-    if (is_crossing[t]) crossing.push_back(t);
+    if (is_crossing[t]) crossing_triangles.push_back(t);
   // Then each triangle that crosses a border takes the chart and material at its centroid. The
   // border is visible if that changes the material or colour of a corner.
-  std::vector<BorderTriangle> borders(crossing.size());
-  std::vector<std::uint8_t> is_visible(crossing.size());
+  std::vector<BorderTriangle> borders(crossing_triangles.size());
+  std::vector<std::uint8_t> is_visible(crossing_triangles.size());
   parallel_for(
-      static_cast<std::int64_t>(crossing.size()),
+      static_cast<std::int64_t>(crossing_triangles.size()),
       [&](std::int64_t index) {
         const auto k = static_cast<std::size_t>(index);
-        const std::size_t t = crossing[k];
+        const std::size_t t = crossing_triangles[k];
         const auto& v = triangles[t].v;
         BorderTriangle& border = borders[k];
-        border.at = {origins.places[v[0]], origins.places[v[1]], origins.places[v[2]]};
-        border.middle = closest.closest(mean(border.at), border.at[0], nearest.hits[v[0]]);
-        result.triangle_materials[t] = material_at(model, border.middle.triangle);
+        border.corners = {origins.places[v[0]], origins.places[v[1]], origins.places[v[2]]};
+        border.center_hit =
+            closest.closest(mean(border.corners), border.corners[0], nearest.hits[v[0]]);
+        result.triangle_materials[t] = material_at(model, border.center_hit.triangle);
         std::array<Vec2, 3> uv{};
         if (textured) {
-          uv = continue_chart(model, border.middle, border.at);
+          uv = continue_chart(model, border.center_hit, border.corners);
           std::copy(uv.begin(), uv.end(), &result.corner_uvs[3 * t]);
         }
         for (std::size_t c = 0; c < 3; ++c) {
@@ -206,10 +208,10 @@ TransferredMaterials transfer_materials(const Model& model, const ClosestPointQu
         }
       },
       64);
-  for (std::size_t k = 0; k < crossing.size(); ++k) {
+  for (std::size_t k = 0; k < crossing_triangles.size(); ++k) {
     if (!is_visible[k]) continue;
     result.border_index.resize(triangles.size(), TransferredMaterials::kNoBorder);
-    result.border_index[crossing[k]] = static_cast<std::uint32_t>(result.borders.size());
+    result.border_index[crossing_triangles[k]] = static_cast<std::uint32_t>(result.borders.size());
     result.borders.push_back(borders[k]);
   }
   return result;

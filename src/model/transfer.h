@@ -17,17 +17,17 @@ namespace polymorph {
 std::vector<std::uint32_t> find_texture_charts(const Model& model);
 
 /// A triangle that crosses a border of the model's charts or materials, with different colours or
-/// materials on the two sides.
+/// materials on the border's two sides.
 struct BorderTriangle {
-  std::array<Vec3, 3> at;  ///< its corners on the model, or near it
-  ClosestPoint middle;     ///< the model's point closest to the mean of `at`
+  std::array<Vec3, 3> corners;  ///< points of the model, or near it
+  ClosestPoint center_hit;      ///< the model's point closest to the mean of `corners`
 };
 
 /// Materials and texture coordinates of a surface, in the form that Model has them.
 struct TransferredMaterials {
   static constexpr std::uint32_t kNoBorder = 0xffffffffu;
-  std::vector<Vec2> corner_uvs;  ///< 3 per triangle; empty if the model has none
-  std::vector<std::uint32_t> triangle_materials;
+  std::vector<Vec2> corner_uvs;                   ///< 3 per triangle; empty if the model has none
+  std::vector<std::uint32_t> triangle_materials;  ///< one per triangle, as in Model
   std::vector<BorderTriangle> borders;
   /// Index in `borders` per triangle, or kNoBorder; empty if there are no borders.
   std::vector<std::uint32_t> border_index;
@@ -93,11 +93,11 @@ PM_HD inline TexturePoint texture_point(const TexturedTriangles& source, const C
 template <class Closest>
 PM_HD TexturePoint texture_point(const TexturedTriangles& source, const BorderTriangle& border,
                                  float u, float v, const Closest& closest) {
-  const Vec3 a = border.at[0], b = border.at[1], c = border.at[2];
-  return texture_point(source,
-                       closest(a * (1 - u - v) + b * u + c * v, (a + b + c) / 3.0f, border.middle));
+  const Vec3 a = border.corners[0], b = border.corners[1], c = border.corners[2];
+  return texture_point(
+      source, closest(a * (1 - u - v) + b * u + c * v, (a + b + c) / 3.0f, border.center_hit));
 }
-/// Looks up the point in a Model with its ClosestPointQuery.
+/// Looks up a point of a border triangle in a Model, with the model's ClosestPointQuery.
 TexturePoint texture_point(const Model& model, const ClosestPointQuery& closest,
                            const BorderTriangle& border, float u, float v);
 

@@ -39,15 +39,14 @@ Transform compose(const Transform& second, const Transform& first) {
 }
 
 std::optional<Transform> inverse(const Transform& t) {
-  const double volume = determinant(t);
-  if (volume == 0) return std::nullopt;
+  const double det = determinant(t);
+  if (det == 0) return std::nullopt;
   const Vec3d row[3] = {{t.m[0][0], t.m[0][1], t.m[0][2]},
                         {t.m[1][0], t.m[1][1], t.m[1][2]},
                         {t.m[2][0], t.m[2][1], t.m[2][2]}};
   // The inverse is the adjugate divided by the determinant.
-  const Vec3d column[3] = {cross(row[1], row[2]) * (1 / volume),
-                           cross(row[2], row[0]) * (1 / volume),
-                           cross(row[0], row[1]) * (1 / volume)};
+  const Vec3d column[3] = {cross(row[1], row[2]) * (1 / det), cross(row[2], row[0]) * (1 / det),
+                           cross(row[0], row[1]) * (1 / det)};
   const Vec3d translation(t.m[0][3], t.m[1][3], t.m[2][3]);
   const auto set_row = [&](double Vec3d::*axis, float(&out)[4]) {
     out[0] = static_cast<float>(column[0].*axis);
@@ -76,7 +75,7 @@ Transform make_transform(Vec3 translate, Vec3 degrees, Vec3 scale) {
   const double dx = degrees.x, dy = degrees.y, dz = degrees.z;
   const double sx = sine(dx), cx = cosine(dx), sy = sine(dy), cy = cosine(dy), sz = sine(dz),
                cz = cosine(dz);
-  // Rz Ry Rx
+  // The product Rz Ry Rx of the rotations about the axes.
   const double r[3][3] = {{cz * cy, cz * sy * sx - sz * cx, cz * sy * cx + sz * sx},
                           {sz * cy, sz * sy * sx + cz * cx, sz * sy * cx - cz * sx},
                           {-sy, cy * sx, cy * cx}};

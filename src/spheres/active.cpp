@@ -1,5 +1,5 @@
-// Active nodes (report 5.1.3.2): large cells where the model fills them, small ones along its
-// surface.
+// Active nodes (Gilbert 2010, 5.1.3.2): large cells where the model fills them, small ones along
+// its surface.
 #include "base/parallel.h"
 #include "spheres/cells.h"
 
@@ -17,7 +17,7 @@ class CornerLattice {
         side_((std::size_t{1} << finest) + 1),
         state_(side_ * side_ * side_, kUnknown) {}
 
-  /// Tests the corners of the cells that are not yet known.
+  /// Tests those corners of the cells that have not been tested yet.
   void evaluate(const std::vector<Cell>& cells) {
     std::vector<std::size_t> requested;
     for (const Cell& cell : cells)

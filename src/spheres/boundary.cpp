@@ -61,7 +61,7 @@ float shrink_ball(const Tree& tree, const std::vector<BoundarySample>& samples, 
 
 void measure_balls(std::vector<BoundarySample>& samples, float diagonal) {
   const Points points{samples};
-  const Tree tree(3, points, nanoflann::KDTreeSingleIndexAdaptorParams(12));
+  const Tree tree(3, points, nanoflann::KDTreeSingleIndexAdaptorParams(/*leaf_max_size=*/12));
   parallel_for(
       static_cast<std::int64_t>(samples.size()),
       [&](std::int64_t k) {
@@ -89,6 +89,7 @@ void shrink_to_walls(std::vector<BoundarySample>& samples, const Model& model,
       probes.push_back(s.point + s.normal * (t * s.outer_radius));
     }
   const std::vector<std::uint8_t> is_inside = inside.inside(probes);
+  // Probes of inner balls (side 0) must be inside, those of outer balls (side 1) outside.
   std::vector<std::size_t> leaking_balls;  // 2 i: inner ball of sample i; 2 i + 1: outer
   for (std::size_t i = 0; i < samples.size(); ++i)
     for (const std::size_t side : {0u, 1u})
@@ -102,10 +103,10 @@ void shrink_to_walls(std::vector<BoundarySample>& samples, const Model& model,
   parallel_for(
       static_cast<std::int64_t>(leaking_balls.size()),
       [&](std::int64_t k) {
-        const std::size_t at = leaking_balls[static_cast<std::size_t>(k)];
-        BoundarySample& s = samples[at / 2];
-        float& radius = at % 2 ? s.outer_radius : s.inner_radius;
-        const Vec3 n = at % 2 ? s.normal : -s.normal;
+        const std::size_t ball = leaking_balls[static_cast<std::size_t>(k)];
+        BoundarySample& s = samples[ball / 2];
+        float& radius = ball % 2 ? s.outer_radius : s.inner_radius;
+        const Vec3 n = ball % 2 ? s.normal : -s.normal;
         for (int step = 0; step < 30; ++step) {
           const ClosestPoint q = faces.closest(s.point + n * radius, radius * 0.999f);
           if (q.triangle == ClosestPoint::kNoTriangle) break;
@@ -148,7 +149,7 @@ std::vector<BoundarySample> sample_boundary(const Model& model, const InsideTest
   const float diagonal = box.diagonal();
   std::vector<BoundarySample> samples =
       select_boundary(sample_surface(model, count), inside, diagonal);
-  // If more than a tenth of the samples lay on faces inside the solid, more are drawn.
+  // If more than a tenth of the samples lay on faces inside or outside the solid, more are drawn.
   if (samples.size() * 10 < count * 9 && !samples.empty()) {
     const std::size_t larger_count = std::min(count * count / samples.size(), 8 * count);
     samples = select_boundary(sample_surface(model, larger_count), inside, diagonal);

@@ -99,7 +99,7 @@ std::optional<Approximation> decode(std::string_view bytes, const std::string& k
   if (!content) return std::nullopt;
   std::string_view remaining = *content;
   problem = "is cut short or too long";
-  if (remaining.size() < 16) return std::nullopt;
+  if (remaining.size() < 16) return std::nullopt;  // two counts
   const auto nodes = take<std::uint64_t>(remaining);
   if (nodes > remaining.size() / kNodeSize || remaining.size() - nodes * kNodeSize < 8)
     return std::nullopt;
@@ -262,7 +262,7 @@ Result<std::vector<Ball>> refit_cached(const Model& model, const SphereSettings&
   // ball's field is 1 (for w >= 1).
   for (const Ball& ball : refitted.balls)
     refitted.tree.nodes.push_back(
-        {{ball.center, std::sqrt(std::max(ball.w, 1.0f) / ball.a)}, -1, 0, true});
+        {{ball.center, std::sqrt(std::max(ball.w, 1.0f) / ball.a)}, -1, 0, /*leaf=*/true});
   store_approximation(cache_folder, key, model.name, refitted);
   return std::move(refitted.balls);
 }

@@ -83,6 +83,7 @@ std::vector<BoundPoint> bind_ball(const Model& model, const PointGraph& graph, c
   for (const std::uint32_t i : region) {
     const Vec3 offset = model.points[i] - ball.center;
     const float falloff = 1 - dot(offset, offset) / (radius * radius);
+    // The square of the falloff; 1e-4 keeps the sum of the weights positive.
     bound.push_back({i, graph.areas[i] * (std::max(falloff, 0.0f) * falloff + 1e-4f)});
   }
   return bound;

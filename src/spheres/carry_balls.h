@@ -23,12 +23,13 @@ struct CarriedBalls {
 /// A point of the model's surface that a ball moves with.
 struct BoundPoint {
   std::uint32_t point = 0;  ///< index into the model's points
-  float weight = 0;  ///< the area around the point, times a falloff from 1 to 0 with the distance
+  /// The area around the point, times a falloff from 1 to 1e-4 with the distance.
+  float weight = 0;
 };
 
-/// Lists for each ball the points of the surface that it moves with: the points near the ball that
-/// the surface connects, within this neighbourhood, with the point nearest to the ball. A limb that
-/// merely passes by the ball is therefore left out. Coincident points count as one.
+/// Lists for each ball the points of the surface that it moves with: points near the ball that are
+/// connected with the point nearest to the ball, by edges between such points. A limb that merely
+/// passes by the ball is therefore left out. Coincident points count as one.
 std::vector<std::vector<BoundPoint>> bind_balls(const Model& model, std::span<const Ball> balls);
 
 /// Moves the balls to the pose in which the points of `model` are at `posed`. Each ball follows the

@@ -81,7 +81,7 @@ Result<SphereTree> build_cell_spheres(const Model& model, const InsideTest& test
   SphereTree tree = settings.resolution == 0
                         ? build_automatic(test, root, settings.method, max_count)
                         : build_at_resolution(test, root, settings.method, settings.resolution);
-  // The centres of a few large cells may all lie outside even though those of smaller ones do not.
+  // The centres of a few large cells may all lie outside although centres of smaller cells do not.
   const bool may_refine = settings.method == SphereMethod::kOctree;
   for (int r = settings.resolution + 1;
        may_refine && tree.nodes.empty() && r <= kMaxSuggestedResolution; ++r) {

@@ -30,7 +30,7 @@ RootCube make_root_cube(const Model& model, double margin = 0);
 struct Cell {
   int level = 0;
   std::int32_t x = 0, y = 0, z = 0;
-  std::size_t index() const {  ///< unique within its level
+  std::size_t index() const {  ///< x + n (y + n z), with n = 2^level
     return static_cast<std::size_t>(x) +
            ((static_cast<std::size_t>(y) + (static_cast<std::size_t>(z) << level)) << level);
   }

@@ -31,12 +31,12 @@ Result<std::vector<Tetrahedron>> delaunay_tetrahedra(std::span<const Vec3d> poin
     return make_error(ErrorCode::kInput, "cannot triangulate {} points ({})", points.size(),
                       hull.first_message());
   qhT* const qh = &hull.state;  // the name that Qhull's macros use
-  std::vector<std::uint32_t> to_index(qh->facet_id, Tetrahedron::kNone);
+  std::vector<std::uint32_t> index_by_facet(qh->facet_id, Tetrahedron::kNone);
   std::vector<const facetT*> facets;
   std::vector<Tetrahedron> tetrahedra;
   facetT* facet = nullptr;
   FORALLfacets {
-    if (facet->upperdelaunay || !facet->simplicial) continue;
+    if (facet->upperdelaunay || !facet->simplicial) continue;  // not a Delaunay cell
     Tetrahedron t;
     int corner = 0;
     vertexT *vertex = nullptr, **vertexp = nullptr;
@@ -51,16 +51,17 @@ Result<std::vector<Tetrahedron>> delaunay_tetrahedra(std::span<const Vec3d> poin
     if (corner != 4) continue;
     std::sort(t.points.begin(), t.points.end());
     if (!circumscribe(points, t)) continue;
-    to_index[facet->id] = static_cast<std::uint32_t>(tetrahedra.size());
+    index_by_facet[facet->id] = static_cast<std::uint32_t>(tetrahedra.size());
     facets.push_back(facet);
     tetrahedra.push_back(t);
   }
+  // Link neighbours, now that all tetrahedra have an index.
   for (std::size_t i = 0; i < facets.size(); ++i) {
     std::size_t side = 0;
     tetrahedra[i].neighbors.fill(Tetrahedron::kNone);
     facetT *neighbor = nullptr, **neighborp = nullptr;
     FOREACHneighbor_(facets[i]) {
-      if (side < 4) tetrahedra[i].neighbors[side++] = to_index[neighbor->id];
+      if (side < 4) tetrahedra[i].neighbors[side++] = index_by_facet[neighbor->id];
     }
   }
   return tetrahedra;

@@ -28,8 +28,8 @@ Vector3d to_eigen(Vec3 p) { return {p.x, p.y, p.z}; }
 /// Samples, targets and state of one fit.
 struct Fit {
   std::vector<FitBall> balls;
-  std::vector<FitPoint>
-      points;  ///< three per sample (surface, outside, inside), then active free points
+  /// Three per sample (surface, outside, inside), then active points of make_free_points().
+  std::vector<FitPoint> points;
   std::vector<FitPoint> inactive;  ///< free points that have not been on the wrong side yet
   std::size_t sample_count = 0;
   double length = 1;                      ///< diagonal of the model's box
@@ -95,11 +95,12 @@ FitBall make_ball(const Sphere& sphere, const SecondMoments& moments, double len
   Eigen::SelfAdjointEigenSolver<Matrix3d> axes(moments.second / moments.weight -
                                                mean * mean.transpose());
   // The variance of a solid ellipsoid along an axis is a fifth of its squared half axis.
-  const double smallest = 0.004 * length;
-  const Vector3d half = (5 * axes.eigenvalues()).cwiseMax(smallest * smallest).cwiseSqrt();
+  const double min_half_axis = 0.004 * length;
+  const Vector3d half_axes =
+      (5 * axes.eigenvalues()).cwiseMax(min_half_axis * min_half_axis).cwiseSqrt();
   ball.center = mean;
-  ball.root =
-      (std::sqrt(kWeight) * half.cwiseInverse()).asDiagonal() * axes.eigenvectors().transpose();
+  ball.root = (std::sqrt(kWeight) * half_axes.cwiseInverse()).asDiagonal() *
+              axes.eigenvectors().transpose();
   return ball;
 }
 
@@ -127,11 +128,11 @@ std::vector<FitPoint> make_free_points(const std::vector<BoundarySample>& sample
   constexpr double kFreeWeight = 0.1;  // a point on the surface has the weight 1
   const Vec3 margin = box.size() * 0.05f + Vec3{1, 1, 1} * (0.01f * box.diagonal());
   const Box wide{box.low - margin, box.high + margin};
-  struct Free {
+  struct FreePoint {
     Vec3 point;
     bool inside;
   };
-  std::vector<Free> all;
+  std::vector<FreePoint> all;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     // A ball that touches the boundary in p contains no boundary, so points from p almost to its
     // opposite end are inside (outside) without a test.
@@ -188,7 +189,7 @@ FitBall apply_step(const FitBall& ball, const double* step, int parameters, doub
   }
   constexpr double kMaxStretch = 0.4;
   if (const double size = d.norm(); size > kMaxStretch) d *= kMaxStretch / size;
-  next.root = (Matrix3d::Identity() + d / 2 + d * d / 8) * ball.root;
+  next.root = (Matrix3d::Identity() + d / 2 + d * d / 8) * ball.root;  // about exp(d / 2) root
   return next;
 }
 
@@ -196,6 +197,7 @@ FitBall apply_step(const FitBall& ball, const double* step, int parameters, doub
 /// resolve.
 void limit_axes(FitBall& ball, double length) {
   constexpr double kMaxRatio = 12;  // of an ellipsoid's axes
+  // At w = 4, a half axis is 2 / root: 0.002 to 4 times the length.
   const double max_root = 2 / (0.002 * length), min_root = 0.5 / length;
   Eigen::JacobiSVD<Matrix3d> svd(ball.root, Eigen::ComputeFullV);
   Vector3d s = svd.singularValues();  // descending
@@ -251,7 +253,7 @@ std::vector<double> compute_contributions(const Fit& fit) {
   for (std::size_t s = 0; s < fit.sample_count; ++s) {
     const std::size_t p = 3 * s;
     for (std::uint32_t e = fit.rows.begins[p]; e < fit.rows.begins[p + 1]; ++e) {
-      // Without the ball psi changes by ln(1 - q).
+      // Without the ball psi changes by ln(1 - q); the two limits keep this finite.
       const double q = std::min(static_cast<double>(fit.rows.weights[e]), 0.999);
       const double shift = std::min(-exact::log1p(-q) / fit.rows.steepness[p], 0.05 * fit.length);
       contributions[fit.rows.balls[e]] += shift * shift;
@@ -260,9 +262,9 @@ std::vector<double> compute_contributions(const Fit& fit) {
   return contributions;
 }
 
-/// Moves the balls with the smallest contributions to the largest errors, while these are more than
-/// twice as large: into the medial ball of a sample that lies outside the field, or next to a ball
-/// that would need two shapes at once.
+/// Moves the balls with the smallest contributions, at most `max_fraction` of all, to the largest
+/// errors, while these are more than twice as large: into the medial ball of a sample that lies
+/// outside the field, or next to a ball that would need two shapes at once.
 void move_balls(Fit& fit, const std::vector<BoundarySample>& samples, double max_fraction) {
   const std::vector<double> contributions = compute_contributions(fit);
   std::vector<std::size_t> by_contribution(fit.balls.size());
@@ -493,7 +495,7 @@ Result<FitResult> fit_balls(const Model& model, const InsideTest& inside,
   fit.inactive = make_free_points(samples, inside, box);
   activate_wrong_points(fit);
   evaluate(fit.balls, fit, fit.rows);
-
+  // Rounds of steps, each but the last followed by moves of balls.
   FitResult result;
   std::vector<FitBall> best;  // the best so far: a round may increase the cost
   for (int round = 0; round <= settings.rounds; ++round) {
@@ -516,11 +518,12 @@ Result<FitResult> fit_balls(const Model& model, const InsideTest& inside,
     }
     best = fit.balls;
     if (round == settings.rounds) break;
-    move_balls(fit, samples, 0.08);
+    move_balls(fit, samples, /*max_fraction=*/0.08);
     activate_wrong_points(fit);
     fit.damping = 1e-2;
     evaluate(fit.balls, fit, fit.rows);
   }
+  // Passes: constrain points of the surface far from the model, and continue the fit.
   const ClosestPointQuery boundary(model);
   for (int pass = 0; pass < settings.passes; ++pass) {
     PM_TRY(const std::size_t outliers, add_outlier_constraints(fit, boundary, inside));

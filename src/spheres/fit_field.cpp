@@ -21,8 +21,10 @@ constexpr std::size_t kGroupSize = 32;  // points that use a common list of ball
 /// memory.
 class GroupBalls {
  public:
-  std::vector<std::uint32_t> indices;
+  std::vector<std::uint32_t> indices;  ///< indices of the balls, ascending
 
+  /// Bounds each ball's contribution on the sphere around the points: there, |u| differs from its
+  /// value at the centre by at most `norms` times the radius. `norms`: compute_norms(all).
   void collect(const std::vector<FitBall>& all, const std::vector<double>& norms,
                const FitPoint* points, std::size_t count) {
     constexpr double kNegligible = 9;
@@ -67,6 +69,7 @@ class GroupBalls {
 
  private:
   const double* row(std::size_t i) const { return data_.data() + i * indices.size(); }
+  /// 13 rows (centre, root, w); and, per ball of the fit, a bound of the contribution's logarithm.
   std::vector<double> data_, upper_bounds_;
 };
 
@@ -74,7 +77,7 @@ class GroupBalls {
 struct Loss {
   double distance = 0;  ///< psi / steepness - target
   double weight = 0;    ///< weight of its square, including Huber's loss (reweighted least squares)
-  double cost = 0;
+  double cost = 0;      ///< Huber's loss
 };
 
 Loss compute_loss(const FitPoint& point, double psi, double steepness, double length) {
@@ -102,6 +105,7 @@ Loss compute_loss(const FitPoint& point, double psi, double steepness, double le
   return loss;
 }
 
+/// Computes the Frobenius norms of the balls' roots.
 std::vector<double> compute_norms(const std::vector<FitBall>& balls) {
   std::vector<double> norms;
   for (const FitBall& ball : balls) norms.push_back(ball.root.norm());
@@ -157,8 +161,10 @@ struct GroupRows {
   std::vector<float> weights, derivatives;
 };
 
-/// Replaces each x <= 0 by e^x; values below -50 count as -50. Written without branches for
-/// vectorization; the result has the same bits for any vector width (base/exact_math.h).
+/// Replaces each x <= 0 by e^x = 2^n e^r with x = n ln 2 + r; values below -50 count as -50. Adding
+/// 1.5 * 2^52 rounds x / ln 2 to n and puts n into the low bits, which a shift moves to the
+/// exponent; p is the Taylor polynomial of e^r. Written without branches for vectorization; the
+/// result has the same bits for any vector width (base/exact_math.h).
 void exponentiate(double* x, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) {
     const double a = x[i] > -50.0 ? x[i] : -50.0;
@@ -248,7 +254,7 @@ struct PointGradient {
 };
 /// Computes the derivatives of scale psi / g with respect to (w, c, D), one per parameter of the
 /// ball. With t = w - u^2, dg = q (dt (-2 slope . direction - g) + direction . d(-2 slope));
-/// `along` = root direction.
+/// `along` = root direction, and put() takes dt and direction . d(-2 slope).
 void derive(const Term& term, const FitBall& ball, const PointGradient& at,
             std::span<float> derivatives) {
   float* out = derivatives.data();
@@ -323,6 +329,7 @@ double add_rows(std::size_t p, const FitPoint& point, const PointBalls& at, FitR
     entries.derivatives.resize(entries.derivatives.size() + numbers);
     derive(term, ball, gradient, std::span(entries.derivatives).last(numbers));
   }
+  // For now a count; add_fit_rows() adds up the counts.
   rows.begins[p + 1] = static_cast<std::uint32_t>(entries.balls.size() - first_entry);
   return loss.cost;
 }
@@ -357,6 +364,7 @@ void add_fit_rows(const std::vector<FitBall>& balls, const std::vector<FitPoint>
                            rows, entries);
         rows.group_costs[g] = cost;
       });
+  // Append the groups' entries.
   std::vector<std::size_t> ends{rows.balls.size()};
   for (const GroupRows& group : group_rows) ends.push_back(ends.back() + group.balls.size());
   const auto numbers = static_cast<std::size_t>(parameters);

@@ -13,7 +13,8 @@ namespace {
 using Vector = std::vector<double>;
 
 /// A copy of J sorted by ball, each ball's entries in the order of the points. Products with J^T
-/// then read contiguous memory, about twenty times per step.
+/// then read contiguous memory, about twenty times per step. The entries of ball b are begins[b] to
+/// begins[b + 1] - 1; `points` has the point index of each.
 template <int kParameters>
 struct EntriesByBall {
   std::vector<std::uint32_t> begins, points;
@@ -89,8 +90,8 @@ class Solver {
 
   Vector solve() const {
     constexpr int kMaxSteps = 25;
-    constexpr double kTolerance =
-        0.1;  // relative to the residual: the step is damped and clamped anyway
+    // Relative to the residual: the step is damped and clamped anyway.
+    constexpr double kTolerance = 0.1;
     Vector negative(rows_.residuals.size());
     for (std::size_t i = 0; i < negative.size(); ++i) negative[i] = -rows_.residuals[i];
     Vector residual = transposed_times(negative);
@@ -170,8 +171,8 @@ class Solver {
   const FitRows& rows_;
   EntriesByBall<kParameters> by_ball_;
   std::size_t ball_count_;
-  Vector diagonal_;  // added to J^T J by damping
-  std::vector<Block> blocks_;
+  Vector diagonal_;            // added to J^T J by damping
+  std::vector<Block> blocks_;  // preconditioner: inverses of the damped matrix's diagonal blocks
 };
 
 }  // namespace

@@ -31,11 +31,12 @@ struct Cluster {
   double clearance = 0;               ///< distance from the centre to the nearest sample
   double radius = 0;                  ///< distance from the centre to the furthest of `points`
   std::vector<std::uint32_t> points;  ///< each sample belongs to one active cluster
-  std::array<std::uint32_t, 2> merged{kNone, kNone};  ///< the two clusters that it replaces
+  /// The two clusters that it replaces; kNone for a ball of the diagram.
+  std::array<std::uint32_t, 2> merged{kNone, kNone};
 };
 
 /// A pair of clusters that may be merged. If one of them has been merged since, the cost is only a
-/// lower bound of that of the clusters that now contain them.
+/// lower bound of the cost of merging the clusters that now contain them.
 struct Merge {
   double cost;         ///< bound_overhang() of the merged cluster
   std::uint32_t a, b;  ///< a < b
@@ -80,7 +81,8 @@ class Merger {
   /// Per cluster, the cluster that it was merged into, or itself while it is active.
   std::vector<std::uint32_t> parent_;
   std::priority_queue<Merge> heap_;
-  std::unordered_set<std::uint64_t> exact_pairs_;  ///< pairs in the heap with their exact cost
+  /// Pairs (a << 32 | b) in the heap with their exact cost.
+  std::unordered_set<std::uint64_t> exact_pairs_;
   std::size_t active_count_ = 0;
 };
 
@@ -319,6 +321,7 @@ Result<SphereTree> build_hubbard_tree(const Model& model, const InsideTest& test
   const std::vector<SurfaceSample> samples =
       sample_surface(model, static_cast<std::size_t>(count), settings.seed);
   const double diagonal = static_cast<double>(model.box().diagonal());
+  // The vertices of the samples' Voronoi diagram are the centres of the Delaunay spheres.
   std::vector<Vec3d> points, jittered;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     points.emplace_back(samples[i].point);
@@ -341,7 +344,7 @@ Result<SphereTree> build_hubbard_tree(const Model& model, const InsideTest& test
   const std::vector<std::uint8_t> inside = test.inside(centers);
   if (std::find(inside.begin(), inside.end(), 1) == inside.end())
     return make_no_ball_error(model, count);
-
+  // Merge to the leaves, shrink these to the samples, and merge the clusters on to a single root.
   const double min_radius = kMinRadius * diagonal;
   Merger merger = make_clusters(tetrahedra, inside, points, kTolerance * diagonal);
   merger.merge_down_to(static_cast<std::size_t>(settings.spheres));

@@ -21,11 +21,11 @@ struct HubbardSettings {
 int choose_hubbard_samples(int spheres);
 
 /// Builds the sphere tree. The centres of its balls are those vertices of the surface samples'
-/// Voronoi diagram that lie inside the model. Each sample is assigned to its pole (Amenta), the
-/// largest of the balls around its Voronoi cell's vertices. Samples without a pole, as on parts
-/// thinner than the samples' spacing, are balls of radius 0. Then balls are merged in pairs until
-/// `spheres` are left: each time, of the pairs adjacent in the diagram, the one whose common ball
-/// protrudes least from the surface. Merging then continues to a single root.
+/// Voronoi diagram that lie inside the model. Each sample is assigned to its pole (Amenta and Bern
+/// 1999), the largest of the balls around its Voronoi cell's vertices. Samples without a pole, as
+/// on parts thinner than the samples' spacing, are balls of radius 0. Then balls are merged in
+/// pairs until `spheres` are left: each time, of the pairs adjacent in the diagram, the one whose
+/// common ball protrudes least from the surface. Merging then continues to a single root.
 /// This differs from Hubbard 1996 in two ways, which reduce the outside volume to a third
 /// (measured). A merged ball keeps one of the two centres, whose distance from the surface is
 /// known, instead of being the smallest ball around its samples. And a sample has to be covered

@@ -11,6 +11,7 @@
 namespace polymorph {
 namespace {
 
+/// Selects `count` of the samples at equal steps of the list, which is in Morton order.
 std::vector<BoundarySample> select_evenly(const std::vector<BoundarySample>& samples,
                                           std::size_t count) {
   if (samples.size() <= count) return samples;
@@ -92,7 +93,7 @@ std::vector<Sphere> make_medial_cover(const std::vector<BoundarySample>& all, st
   if (all.empty() || count == 0) return {};
   const std::vector<BoundarySample> samples =
       select_evenly(all, std::clamp<std::size_t>(12 * count, 3000, 12000));
-  std::vector<Sphere> candidates;
+  std::vector<Sphere> candidates;  // one per sample
   float largest = 0;
   for (const BoundarySample& s : samples) {
     candidates.push_back({s.point - s.normal * s.inner_radius, s.inner_radius});

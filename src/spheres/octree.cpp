@@ -1,4 +1,4 @@
-// Octree approximation (report 5.1.3): the finest cells whose centres are inside.
+// Octree approximation (Gilbert 2010, 5.1.3): the finest cells whose centres are inside.
 #include "base/parallel.h"
 #include "spheres/cells.h"
 

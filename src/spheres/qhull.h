@@ -23,8 +23,8 @@ class Qhull {
     coordinates_.reserve(3 * points.size());
     for (const Vec3d p : points) coordinates_.insert(coordinates_.end(), {p.x, p.y, p.z});
     qh_zero(&state, messages_);
-    failed = qh_new_qhull(&state, 3, static_cast<int>(points.size()), coordinates_.data(), False,
-                          options_.data(), nullptr, messages_) != 0;
+    failed = qh_new_qhull(&state, 3, static_cast<int>(points.size()), coordinates_.data(),
+                          /*ismalloc=*/False, options_.data(), nullptr, messages_) != 0;
   }
   ~Qhull() {
     qh_freeqhull(&state, !qh_ALL);
@@ -44,8 +44,8 @@ class Qhull {
     return text.substr(0, text.find('\n'));
   }
 
-  qhT state{};
-  bool failed = false;
+  qhT state{};          ///< result, to be read by Qhull's macros
+  bool failed = false;  ///< first_message() tells why
 
  private:
   std::string options_;

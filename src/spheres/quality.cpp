@@ -16,7 +16,7 @@
 namespace polymorph {
 namespace {
 
-/// Numbers of lattice points.
+/// Numbers of lattice points inside the model, inside the field's surface (field > 1), and in both.
 struct Counts {
   std::size_t model = 0, field = 0, both = 0;
 };
@@ -43,14 +43,14 @@ Lattice make_lattice(const Model& model, double point_count) {
       for (int x = 0; x < nx; ++x) {
         const std::uint64_t i = points.size();
         const auto at = [&](int k, std::uint64_t stream) {
-          return static_cast<float>(step * (k + static_cast<double>(random_float(7, stream, i))));
+          return static_cast<float>(step *
+                                    (k + static_cast<double>(random_float(/*seed=*/7, stream, i))));
         };
         points.push_back(low + Vec3{at(x, 0), at(y, 1), at(z, 2)});
       }
   return lattice;
 }
 
-/// Counts the points in the model, in the field, and in both.
 Result<Counts> count_lattice(const Model& model, const InsideTest& inside,
                              const std::vector<Ball>& balls, FieldKind kind, double point_count) {
   const std::vector<Vec3> points = make_lattice(model, point_count).points;
@@ -123,9 +123,13 @@ Result<ApproximationQuality> measure_quality(const Model& model, const InsideTes
   PM_TRY(const Counts counts, count_lattice(model, inside, balls, kind, settings.points));
   ApproximationQuality quality;
   quality.triangles = mesh.triangles.size();
-  const auto count = [](std::size_t n) { return static_cast<double>(std::max<std::size_t>(n, 1)); };
-  quality.iou = static_cast<double>(counts.both) / count(counts.model + counts.field - counts.both);
-  quality.volume_ratio = static_cast<double>(counts.field) / count(counts.model);
+  // At least 1, as a divisor.
+  const auto clamped_count = [](std::size_t n) {
+    return static_cast<double>(std::max<std::size_t>(n, 1));
+  };
+  quality.iou =
+      static_cast<double>(counts.both) / clamped_count(counts.model + counts.field - counts.both);
+  quality.volume_ratio = static_cast<double>(counts.field) / clamped_count(counts.model);
   Distances to_model, to_surface;
   if (!mesh.triangles.empty()) {
     to_model = measure_distances(list_points(mesh, kSamples), ClosestPointQuery(model), diagonal,
@@ -185,7 +189,7 @@ Result<double> hausdorff_distance(const Model& model, const std::vector<Boundary
 double solid_volume(const Model& model, const InsideTest& inside) {
   const Diagnosis diagnosis = diagnose(model);
   if (diagnosis.closed && diagnosis.shells == 1 && diagnosis.volume > 0) return diagnosis.volume;
-  const Lattice lattice = make_lattice(model, 2e5);
+  const Lattice lattice = make_lattice(model, /*point_count=*/2e5);
   double volume = 0;
   for (const std::uint8_t is_inside : inside.inside(lattice.points))
     volume += is_inside * lattice.volume;
@@ -194,7 +198,8 @@ double solid_volume(const Model& model, const InsideTest& inside) {
 
 Result<double> lattice_volume_ratio(const Model& model, const InsideTest& inside,
                                     const std::vector<Ball>& balls) {
-  PM_TRY(const Counts counts, count_lattice(model, inside, balls, FieldKind::kGaussian, 1e5));
+  PM_TRY(const Counts counts,
+         count_lattice(model, inside, balls, FieldKind::kGaussian, /*point_count=*/1e5));
   return static_cast<double>(counts.field) /
          static_cast<double>(std::max<std::size_t>(counts.model, 1));
 }

@@ -43,7 +43,7 @@ std::string describe_fit(const ApproximationQuality& quality);
 
 /// Computes the Hausdorff distance between the balls' surface and the model, relative to the
 /// diagonal of the model's box. `samples` represent the model's boundary. Without fitted balls, it
-/// is the largest distance from a sample to the spheres.
+/// is the largest distance from a sample to the spheres. Errors: as extract_surface().
 Result<double> hausdorff_distance(const Model& model, const std::vector<BoundarySample>& samples,
                                   const Approximation& approximation);
 
@@ -51,8 +51,8 @@ Result<double> hausdorff_distance(const Model& model, const std::vector<Boundary
 /// points if shells overlap or are open.
 double solid_volume(const Model& model, const InsideTest& inside);
 
-/// Computes the ratio of the volume of the balls' field to that of the model, both counted on one
-/// lattice.
+/// Computes the ratio of the volume in which the balls' field exceeds 1 to the volume of the model,
+/// both counted on one lattice. Errors: as extract_surface().
 Result<double> lattice_volume_ratio(const Model& model, const InsideTest& inside,
                                     const std::vector<Ball>& balls);
 

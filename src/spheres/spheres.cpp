@@ -27,7 +27,7 @@ namespace {
 
 constexpr int kFinestResolution = 9;  // 2^24 cells
 
-/// A model with its inside test and boundary samples.
+/// A model with its inside test, and with its boundary samples once sample_solid() has drawn them.
 struct Solid {
   const Model& model;
   InsideTest inside;
@@ -60,7 +60,7 @@ Status sample_solid(Solid& solid, std::size_t balls, bool coarse) {
 Result<std::vector<Ball>> match_volume(const Solid& solid, std::vector<Ball> balls) {
   const auto engine = make_cpu_engine();
   const Box box = solid.model.box();
-  // Fine enough that the volume lost by facets is below the tolerance.
+  // Fine enough that the volume lost by facets is below the tolerance of 0.2 %.
   const float cell = box.diagonal() / 200;
   const ExtractSettings extract;
   const Diagnosis diagnosis = diagnose(solid.model);
@@ -97,7 +97,8 @@ Result<Approximation> approximate_by_medial_balls(const Solid& solid,
   return result;
 }
 
-/// Makes the solid that spheres and balls approximate, with its inside test.
+/// Makes the solid that spheres and balls approximate. `shape`: `model` or its clustered form,
+/// whose winding number is not the same, so that only the parity rule is applied to it.
 Solid make_solid(const Model& shape, const Model& model, InsideMethod inside) {
   return {shape,
           inside == InsideMethod::kParity ? InsideTest(shape, InsideRule::kParity)
@@ -121,7 +122,7 @@ Result<Approximation> approximate_to_error(Solid& solid, const SphereSettings& s
     PM_TRY(const double error, hausdorff_distance(solid.model, solid.samples, result));
     return Candidate{count, error, std::move(result)};
   };
-  std::size_t low = 8;
+  std::size_t low = 8;  // the largest number taken to be too small
   PM_TRY(Candidate best, attempt(16));
   while (best.error > settings.error && best.count < kMaxBalls) {
     low = best.count;
@@ -143,8 +144,9 @@ Result<Approximation> approximate_to_error(Solid& solid, const SphereSettings& s
   return std::move(best.result);
 }
 
-/// Makes a closed model around a shell's faces, as thick as the surface extracted from its
-/// distances at the default resolution, or at half of it if `coarse`.
+/// Makes a closed model around a shell's faces: the surface of its distances, extracted at the
+/// default resolution, or at half of it if `coarse`. It is as thick as such cells show without
+/// gaps.
 Result<Model> thicken_shell(const Model& model, const InsideTest& inside, bool coarse) {
   const int resolution = SurfaceSettings{}.resolution;
   const auto cells = static_cast<float>(coarse ? resolution / 2 : resolution);
@@ -204,6 +206,7 @@ Result<Approximation> approximate(const Model& model, const SphereSettings& sett
     proxy = &own_proxy;
   }
   if (*proxy) {
+    // The proxy is solid, so the inner call makes no other one.
     SphereSettings solid_settings = settings;
     solid_settings.solidify = false;
     return approximate(**proxy, solid_settings);
@@ -226,7 +229,8 @@ Result<Approximation> approximate(const Model& model, const SphereSettings& sett
     hubbard.spheres = settings.balls;
     PM_TRY(result.tree, build_hubbard_tree(shape, solid.inside, hubbard));
   } else {
-    PM_TRY(result.tree, build_cell_spheres(shape, solid.inside, settings, fit ? count : 8000));
+    PM_TRY(result.tree,
+           build_cell_spheres(shape, solid.inside, settings, /*max_count=*/fit ? count : 8000));
   }
   if (fit) {
     const std::vector<Sphere> spheres = result.tree.leaves();
@@ -260,7 +264,7 @@ Result<std::vector<Ball>> make_unfitted_balls(const std::vector<Sphere>& spheres
                                               const VolumeMeasure& measure, Engine& engine) {
   const auto& [volume, cell, extract] = measure;
   const bool cells = method == SphereMethod::kOctree || method == SphereMethod::kActive;
-  // Spheres of cells do not overlap and must blend into one body; those of a cover overlap and
+  // Spheres of cells do not overlap and must blend into one body; spheres of a cover overlap and
   // already have the shape.
   if (field.blobbiness == 0) field.blobbiness = cells ? 0.12f : 6.0f;
   std::vector<Ball> balls = convert_to_balls(spheres, field);

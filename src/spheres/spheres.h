@@ -29,11 +29,11 @@ struct SphereNode {
   Sphere sphere;
   std::int32_t parent = -1;  ///< index into nodes, -1 for a root
   std::int16_t level = 0;    ///< 0 for a root, increasing towards the leaves
-  bool leaf = false;         ///< whether it is part of the flat approximation
+  bool leaf = false;         ///< whether it is part of the flat approximation (SphereTree)
 };
 
-/// A hierarchy of spheres, parents before children. Its leaves are the flat approximation, which is
-/// the report's list of spheres.
+/// A hierarchy of spheres, parents before children. Its leaves are the flat approximation, the list
+/// of spheres of Gilbert 2010.
 struct SphereTree {
   std::vector<SphereNode> nodes;
   std::vector<Sphere> leaves() const;
@@ -50,7 +50,7 @@ struct Approximation {
 /// - `octree`: divides a cube around the bounding box (settings.root_margin) into 2^(R-1) cells per
 ///   axis. Each of these cells whose centre is inside gives one sphere.
 /// - `active`: goes from the root cell down. A cell with MORE than 4 of its 8 corners inside gives
-///   one sphere, and its children are dropped (report 5.1.3.2).
+///   one sphere, and its children are dropped (Gilbert 2010, 5.1.3.2).
 /// - `hubbard`, `medial`: give settings.balls spheres; with an error > 0, `medial` gives the
 ///   smallest number of spheres with at most this error.
 ///
@@ -99,8 +99,9 @@ std::filesystem::path default_cache_folder();
 /// inverse-square ball has w = blob_constant * magnitude * R^2 / threshold.
 std::vector<Ball> convert_to_balls(const std::vector<Sphere>& spheres, const FieldSettings& field);
 
-/// Converts spheres to balls; equalizes the field and matches `volume` if the settings ask for it,
-/// measured on a surface with cells of edge `cell`. Errors: as extract_surface().
+/// Converts spheres to balls. If `field` asks for it, equalizes the field, and matches
+/// `measure.volume` (if positive) on a surface with cells of edge `measure.cell`. Errors: as
+/// extract_surface().
 Result<std::vector<Ball>> make_unfitted_balls(const std::vector<Sphere>& spheres,
                                               SphereMethod method, FieldSettings field,
                                               const VolumeMeasure& measure, Engine& engine);

@@ -135,7 +135,7 @@ TEST(Voxels, AnySetOfVoxelsGetsAClosedManifoldSurface) {
   // Noise has every kind of touching corner and edge there is.
   for (unsigned seed = 0; seed < 8; ++seed) {
     Voxels voxels{{{0, 0, 0}, 1, {14, 14, 14}}, {}, {}};
-    voxels.level.assign(14 * 14 * 14, -1);
+    voxels.depth.assign(14 * 14 * 14, -1);
     voxels.solid.assign(14 * 14 * 14, 0);
     std::uint32_t state = seed * 7919 + 1;
     for (int z = 2; z < 12; ++z)
@@ -143,7 +143,7 @@ TEST(Voxels, AnySetOfVoxelsGetsAClosedManifoldSurface) {
         for (int x = 2; x < 12; ++x) {
           state = state * 1664525 + 1013904223;
           const float value = static_cast<float>(state >> 8) * 0x1p-24f - 0.6f;
-          voxels.level[voxels.index(x, y, z)] = value;
+          voxels.depth[voxels.index(x, y, z)] = value;
           voxels.solid[voxels.index(x, y, z)] = value > 0;
         }
     make_manifold(voxels);

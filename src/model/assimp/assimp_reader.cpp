@@ -64,7 +64,7 @@ class FolderIO : public Assimp::DefaultIOSystem {
   /// Replaces the stream of a PLY file that Assimp would misread by a stream of guard_ply()'s
   /// bytes.
   Assimp::IOStream* guard_stream(Assimp::IOStream* stream) {
-    constexpr std::size_t kMaxHeader = 1 << 16;
+    constexpr std::size_t kMaxHeader = 1 << 16;  // bytes
     std::string bytes(std::min(stream->FileSize(), kMaxHeader), '\0');
     bytes.resize(stream->Read(bytes.data(), 1, bytes.size()));
     stream->Seek(0, aiOrigin_SET);
@@ -75,7 +75,7 @@ class FolderIO : public Assimp::DefaultIOSystem {
     bytes = guard_ply(std::move(bytes));
     auto* const copy = new std::uint8_t[bytes.size()];
     std::memcpy(copy, bytes.data(), bytes.size());
-    return new Assimp::MemoryIOStream(copy, bytes.size(), true);
+    return new Assimp::MemoryIOStream(copy, bytes.size(), /*own=*/true);
   }
   bool is_allowed(const char* name) const {
     std::error_code error;
@@ -85,7 +85,7 @@ class FolderIO : public Assimp::DefaultIOSystem {
     return end == root_.end();
   }
   fs::path root_;
-  std::set<std::string> opened_;
+  std::set<std::string> opened_;  ///< names of the files opened so far
 };
 
 /// Makes a word of a name: spaces, control characters and '#' become '_'. Returns `fallback` if the
@@ -119,7 +119,7 @@ double to_srgb(double linear) {
 
 /// Numbers of points and faces of a scene; a mesh counts once per node that shows it.
 struct Counts {
-  double points = 0, faces = 0, text = 0;  ///< `text`: an upper bound of the bytes written
+  double points = 0, faces = 0, text = 0;  ///< `text`: an upper bound of the bytes of OBJ text
 };
 
 void count_nodes(const aiScene& scene, const aiNode& node, Counts& counts) {
@@ -128,7 +128,7 @@ void count_nodes(const aiScene& scene, const aiNode& node, Counts& counts) {
     const bool uvs = mesh.HasTextureCoords(0), normals = mesh.HasNormals();
     counts.points += mesh.mNumVertices;
     counts.faces += mesh.mNumFaces;
-    constexpr double kNumber = 12, kIndex = 8;  // bytes, as of "-1.2345678 " and " 1234567"
+    constexpr double kNumber = 12, kIndex = 8;  // bytes, e.g. of "-1.2345678 " and " 1234567"
     counts.text += mesh.mNumVertices * kNumber * (3 + (uvs ? 2 : 0) + (normals ? 3 : 0)) +
                    mesh.mNumFaces * kIndex * 3 * (1 + (uvs ? 1 : 0) + (normals ? 1 : 0));
   }
@@ -140,8 +140,8 @@ struct Vertices {
   const aiVector3D *points, *normals;
 };
 
-/// Texture coordinates of a material's colour texture: which of the mesh's it uses, and their
-/// transform.
+/// Texture coordinates that a material's colour texture uses: the mesh's channel, and the transform
+/// of KHR_texture_transform (rotation in radians).
 struct ColorTexture {
   unsigned channel = 0;  ///< index in aiMesh::mTextureCoords
   aiVector2D scale{1, 1}, offset;
@@ -232,12 +232,13 @@ class Writer {
   std::string suffix_;
   std::optional<Pose> pose_;
   aiMatrix4x4 y_up_transform_;
-  std::string obj_ = "mtllib m\n", mtl_;
-  std::vector<std::string> materials_;
+  std::string obj_ = "mtllib m\n", mtl_;  ///< text; the library's name "m" is never looked up
+  std::vector<std::string> materials_;    ///< name in `mtl_` per material of the scene
   std::vector<std::optional<ColorTexture>> textures_;  ///< colour texture per material
   std::set<std::string> material_names_;
   std::string emitting_, transparent_;  ///< first material that emits light, or is transparent
   std::set<unsigned> colors_;           ///< 0xRRGGBB of the colour materials written
+  /// Numbers of v, vt and vn lines written so far, and of faces with one or two corners.
   std::size_t points_ = 0, uvs_ = 0, normals_ = 0, points_or_lines_ = 0;
   bool has_unused_colors_ = false, animated_ = false;
 };
@@ -255,7 +256,7 @@ aiMatrix4x4 Writer::make_y_up_transform() {
     aiMatrix4x4::RotationX(sign < 0 ? AI_MATH_HALF_PI_F : -AI_MATH_HALF_PI_F, rotation);
   if (axis == 0)
     aiMatrix4x4::RotationZ(sign < 0 ? -AI_MATH_HALF_PI_F : AI_MATH_HALF_PI_F, rotation);
-  double centimetres = 100;
+  double centimetres = 100;  // per unit of the file
   float centimetres_float = 0;
   if (!scene_.mMetaData->Get("UnitScaleFactor", centimetres) &&
       scene_.mMetaData->Get("UnitScaleFactor", centimetres_float))
@@ -361,6 +362,7 @@ std::string Writer::add_color_material(const aiMesh& mesh, const aiFace& face) {
 
 void Writer::add_mesh(const aiMesh& mesh, const Vertices& vertices, const aiMatrix4x4& transform,
                       const std::string& label) {
+  // Select what to write. STL files have only face normals, which would make all shading flat.
   aiMatrix3x3 linear(transform);
   const bool mirrored = linear.Determinant() < 0;
   const bool has_normals = vertices.normals && suffix_ != ".stl" && linear.Determinant() != 0;
@@ -372,6 +374,7 @@ void Writer::add_mesh(const aiMesh& mesh, const Vertices& vertices, const aiMatr
   const unsigned channel =
       texture && mesh.HasTextureCoords(texture->channel) ? texture->channel : 0;
   const bool has_uvs = mesh.HasTextureCoords(channel);
+  // Write the vertices.
   linear.Inverse().Transpose();  // transforms normals
   for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
     const aiVector3D p = transform * vertices.points[i];
@@ -386,6 +389,7 @@ void Writer::add_mesh(const aiMesh& mesh, const Vertices& vertices, const aiMatr
       obj_ += "vn" + format_numbers({n.x, n.y, n.z}) + '\n';
     }
   }
+  // Write the faces; a mirroring transform reverses their corners.
   obj_ += "g " + label + '\n';
   const bool colored = mesh.HasVertexColors(0) && !texture;
   has_unused_colors_ = has_unused_colors_ || (mesh.HasVertexColors(0) && texture);
@@ -416,13 +420,15 @@ void Writer::add_mesh(const aiMesh& mesh, const Vertices& vertices, const aiMatr
   if (has_normals) normals_ += mesh.mNumVertices;
 }
 
-/// Writes a texture as in the file or, if Assimp has decoded it, as a Targa file.
+/// Writes a texture as in the file (mHeight = 0: Assimp keeps its mWidth bytes) or, if Assimp has
+/// decoded it, as a Targa file.
 void Writer::add_texture(unsigned index) {
   const aiTexture& texture = *scene_.mTextures[index];
   const std::string name = polymorph::embedded_name(index);
   if (texture.mHeight == 0)
     return write_record("texture", name,
                         std::string(reinterpret_cast<const char*>(texture.pcData), texture.mWidth));
+  // Targa has 16 bits for each side.
   if (texture.mWidth > 65535 || texture.mHeight > 65535) return;
   std::string bytes(18, '\0');  // header
   bytes[2] = 2;                 // uncompressed true colour
@@ -479,13 +485,15 @@ int main(int argc, char** argv) {
   // memory.
   constexpr rlim_t kLibraries = rlim_t{256} << 20;
   const rlim_t seconds = 3 + bytes / 1000000;
-  // A memory limit of a TiB or more means that there is none; adding to it might overflow.
+  // Address space: 2 GiB and 100 bytes per byte of the file, at most 16 GiB, at most the memory. A
+  // memory limit of a TiB or more means that there is none; adding to it might overflow.
   limit_resource(RLIMIT_AS, std::min({(rlim_t{2} << 30) + 100 * bytes, rlim_t{16} << 30,
                                       memory < (rlim_t{1} << 40) ? kLibraries + memory : memory}));
   limit_resource(RLIMIT_CPU, seconds);
   std::string suffix = path.extension().string();
   std::transform(suffix.begin(), suffix.end(), suffix.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  // Read the scene, check its size and write it.
   try {
     Assimp::Importer importer;
     importer.SetIOHandler(new FolderIO(path));

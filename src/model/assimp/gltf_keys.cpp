@@ -121,8 +121,8 @@ double read_number(const char* bytes, double scale) {
 std::optional<std::vector<double>> Accessors::numbers(const JsonValue& index, std::size_t width) {
   struct Kind {
     std::int64_t code;  ///< componentType in the file
-    std::size_t size;
-    double max_value;
+    std::size_t size;   ///< bytes
+    double max_value;   ///< value that stands for 1 if the accessor is normalized
     double (*read)(const char*, double);
   };
   static constexpr Kind kKinds[] = {{5120, 1, 127, read_number<std::int8_t>},
@@ -137,6 +137,7 @@ std::optional<std::vector<double>> Accessors::numbers(const JsonValue& index, st
   const auto* const kind = std::find_if(
       std::begin(kKinds), std::end(kKinds),
       [code = accessor.get("componentType").integer](const Kind& k) { return k.code == code; });
+  // Sparse accessors are not supported.
   if (!count || !buffer_index || kind == std::end(kKinds) || accessor.contains("sparse"))
     return std::nullopt;
   const std::string& bytes = buffer(*buffer_index);
@@ -163,7 +164,7 @@ std::optional<GltfKeys> read_keys(Accessors& accessors, const JsonValue& sampler
   if (interpolation == "STEP") keys.interpolation = GltfKeys::Interpolation::kStep;
   if (interpolation == "CUBICSPLINE") keys.interpolation = GltfKeys::Interpolation::kCubicSpline;
   keys.is_rotation = property == "rotation";
-  // An element of the weights' accessor is one number; each key has as many as there are targets.
+  // An element of the weights' accessor is one number, and a key has one element per morph target.
   const std::size_t element_width = keys.is_rotation ? 4 : property == "weights" ? 1 : 3;
   auto seconds = accessors.numbers(sampler.get("input"), 1);
   auto numbers = accessors.numbers(sampler.get("output"), element_width);

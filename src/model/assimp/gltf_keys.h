@@ -27,7 +27,7 @@ struct GltfNode {
   std::vector<std::size_t> children;
   std::vector<std::size_t> joints;  ///< joint nodes of its skin, in the order of its bones
   std::vector<double> translation{0, 0, 0}, rotation{0, 0, 0, 1}, scale{1, 1, 1};
-  std::vector<double> weights;  ///< morph target weights; empty: the mesh's own apply
+  std::vector<double> weights;  ///< morph target weights; if empty, the mesh's own weights apply
 };
 
 /// Keys by node index and by name of the property: "translation", "weights" and so on.

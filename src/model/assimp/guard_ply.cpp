@@ -18,7 +18,7 @@ std::size_t size_of(std::string_view type) {
 
 /// The first element of a PLY file.
 struct FirstElement {
-  std::size_t count = 0, stride = 0;
+  std::size_t count = 0, stride = 0;  ///< number of items, and bytes of each
   std::size_t properties_offset = 0;  ///< offset of its first property in the header
 };
 
@@ -68,7 +68,7 @@ std::string guard_ply(std::string file) {
   const auto element = find_first_element(file.substr(0, offset));
   if (!element || element->count > (bytes.size() - offset) / element->stride) return file;
   std::string copy(bytes.substr(0, element->properties_offset));
-  copy.reserve(bytes.size() + element->count + 64);
+  copy.reserve(bytes.size() + element->count + 64);  // 64: more than the property's line
   copy += "property uchar guard\n";
   copy += bytes.substr(element->properties_offset, offset - element->properties_offset);
   for (std::size_t i = 0; i < element->count; ++i, offset += element->stride) {

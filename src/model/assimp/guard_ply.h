@@ -12,7 +12,6 @@
 /// nothing. `bytes`: the file, or enough of it to contain its header.
 std::optional<std::size_t> find_line_feed_data(std::string_view bytes);
 
-/// Makes the data of a binary PLY file begin with another byte than a line feed, by a property of
-/// one byte that it inserts before the others of the first element. Returns files whose data does
-/// not begin with a line feed unchanged.
+/// Inserts a property of one byte before the others of the first element of a binary PLY file, so
+/// that its data begins with another byte than a line feed. Returns all other files unchanged.
 std::string guard_ply(std::string file);

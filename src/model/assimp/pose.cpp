@@ -7,7 +7,7 @@
 namespace {
 
 /// Sets `nodes[i]` to Assimp's node for node i of the file, for a whole subtree. Both trees have
-/// the same order of children.
+/// the same order of children; below a node with another number of children, `nodes` stay null.
 void pair_nodes(const aiNode& node, std::size_t index, const GltfFile& file,
                 std::vector<const aiNode*>& nodes) {
   if (index >= nodes.size()) return;

@@ -12,8 +12,9 @@
 struct Pose {
   std::map<const aiNode*, aiMatrix4x4> locals;   ///< transforms of nodes that the animation moves
   std::map<const aiNode*, aiMatrix4x4> globals;  ///< transforms of all nodes to the scene
-  std::map<const aiNode*, std::vector<double>> weights;  ///< weights of morph targets
-  /// Joint nodes of each skinned node, by bone.
+  /// Morph target weights of the nodes that have keys or weights of their own.
+  std::map<const aiNode*, std::vector<double>> weights;
+  /// Joint nodes of each skinned node, in the order of its bones; null for an unknown joint.
   std::map<const aiNode*, std::vector<const aiNode*>> joints;
 
   /// A node's transform relative to its parent.
@@ -27,7 +28,7 @@ Pose pose_at(const aiScene& scene, const GltfFile& file, const std::vector<std::
 /// Vertices of a mesh in a pose.
 struct PosedMesh {
   std::vector<aiVector3D> points, normals;  ///< `normals`: empty where the mesh has none
-  bool in_scene = false;                    ///< a skin has transformed them to scene coordinates
+  bool in_scene = false;  ///< coordinates are the scene's (by a skin), else the node's
 };
 /// Applies the morph targets and the skin of a node's mesh.
 PosedMesh posed_mesh(const Pose& pose, const aiNode& node, const aiMesh& mesh);

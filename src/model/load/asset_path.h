@@ -45,6 +45,7 @@ class AssetFinder {
 
   std::filesystem::path root_;
   std::filesystem::path linked_;  ///< folder of the model's target if it is a link; else empty
+  /// Results of names_in() by folder.
   std::map<std::filesystem::path, std::map<std::string, std::string>> folders_;
 };
 

@@ -187,7 +187,7 @@ class Builder {
     std::vector<std::size_t> corners;
   };
   std::vector<FlatFace> flat_faces_;
-  Occurrences repeated_, flat_count_, crossing_, nonplanar_;
+  Occurrences repeated_, flat_count_, crossing_, nonplanar_;  ///< faces; build() names the problems
 };
 
 void Builder::map_materials() {
@@ -219,7 +219,7 @@ std::uint32_t Builder::find_color_material(const ObjFace& face, std::size_t mate
   const MtlMaterial* mtl = mtls_by_material_[material];
   if (face.color == ObjFace::kNoColor || (mtl && !mtl->texture.empty()))
     return material_index_[material];
-  const auto [found, is_new] =
+  const auto [entry, is_new] =
       color_materials_.try_emplace({material, face.color}, model_.materials.size());
   if (is_new) {
     Material colored = mtl ? mtl->material : Material{};
@@ -230,7 +230,7 @@ std::uint32_t Builder::find_color_material(const ObjFace& face, std::size_t mate
     colored.name = fmt::format("color_{:06x}", face.color);
     model_.materials.push_back(std::move(colored));
   }
-  return found->second;
+  return entry->second;
 }
 
 Builder::Outline Builder::make_outline(const ObjFace& face, std::size_t first) const {
@@ -363,6 +363,7 @@ void Builder::drop_duplicates() {
     const auto& v = model_.triangles[t].v;
     keys[t] = {{v[0], v[1], v[2]}, t};
     auto& c = keys[t].corners;
+    // The rotation to the lowest corner keeps the orientation.
     std::rotate(c.begin(), std::min_element(c.begin(), c.end()), c.end());
   }
   std::sort(keys.begin(), keys.end());
@@ -382,6 +383,7 @@ void Builder::drop_duplicates() {
 std::vector<std::uint8_t> find_unpaired(std::span<const Triangle> triangles, std::size_t first) {
   std::vector<std::uint8_t> is_unpaired(triangles.size() - first, 0);
   if (is_unpaired.empty()) return is_unpaired;
+  // Of each side of the triangles from `first` on: the paired triangle's index, minus `first`.
   constexpr std::size_t kNoPartner = static_cast<std::size_t>(-1);
   std::vector<std::size_t> partners(3 * is_unpaired.size(), kNoPartner), stack;
   const std::vector<EdgeUse> uses = sorted_edge_uses(triangles);

@@ -57,7 +57,8 @@ Result<fs::path> find_reader() {
                     tried);
 }
 
-/// Standard output and exit status of the reader.
+/// Standard output of the reader, and its status as waitpid() gives it. `is_too_large`: the reader
+/// was stopped because its output exceeded the limit.
 struct ReaderRun {
   std::string bytes;
   int status = 0;
@@ -82,6 +83,7 @@ AnimatedPath resolve_pose(const fs::path& path) {
 /// output may take; `limit`: maximum bytes of its output.
 Result<ReaderRun> run_reader(const fs::path& reader, const AnimatedPath& model,
                              std::uint64_t memory, std::uint64_t limit) {
+  // Start the reader with its standard output in a pipe.
   int pipe_ends[2];
   if (::pipe2(pipe_ends, O_CLOEXEC) != 0)
     return make_error(ErrorCode::kResource, "cannot make a pipe: {}", std::strerror(errno));
@@ -102,6 +104,7 @@ Result<ReaderRun> run_reader(const fs::path& reader, const AnimatedPath& model,
     return make_error(ErrorCode::kResource, "{}: cannot be started: {}", reader.string(),
                       std::strerror(spawn_error));
   }
+  // Read the pipe to its end, or until the limit or an interruption.
   ReaderRun run;
   std::string buffer(1 << 16, '\0');
   for (;;) {
@@ -131,7 +134,8 @@ Result<ReaderRun> run_reader(const fs::path& reader, const AnimatedPath& model,
   return run;
 }
 
-/// Parsed output of the reader; `obj` and `mtl` are views of that output.
+/// Parsed output of the reader; `obj` and `mtl` are views of that output. `error` and `too_large`
+/// are the messages of the records "error" and "large", or empty; `textures` are by name.
 struct Imported {
   std::string_view obj, mtl;
   std::string error, too_large;
@@ -242,9 +246,10 @@ Result<LoadedModel> run_and_parse(const fs::path& path, const LoadObjSettings& s
                       first_line(imported.error));
   if (!imported.is_complete || !WIFEXITED(run.status) || WEXITSTATUS(run.status) != 0)
     return make_reader_error(file, run);
+  // Build the model as from an OBJ file.
   PM_TRY(ObjScan scan, scan_obj(imported.obj, file));
   PM_TRY(MtlSet mtls, parse_mtl(std::string(imported.mtl), file));
-  run.bytes = {};
+  run.bytes = {};  // frees the OBJ text, which is in `scan` now
   LoadedModel loaded;
   loaded.file_points = scan.point_count();
   for (const std::string& warning : imported.warnings)

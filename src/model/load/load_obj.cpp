@@ -14,7 +14,7 @@ namespace {
 /// Checks that a model of `bytes` bytes of text fits into the remaining memory. Small files are not
 /// checked.
 Status check_text_memory(const std::filesystem::path& path, std::size_t bytes) {
-  constexpr std::size_t kMinChecked = 1 << 20;
+  constexpr std::size_t kMinChecked = 1 << 20;  // bytes
   if (bytes < kMinChecked) return Ok{};
   const double needed = kModelBytesPerTextByte * static_cast<double>(bytes);
   const auto available = static_cast<double>(remaining_memory());

@@ -22,8 +22,8 @@ namespace fs = std::filesystem;
 constexpr std::uint64_t kMaxMtlBytes = 64u << 20;  // of one file
 constexpr float kMaxDielectricSpecular = 0.2f;     // above diamond's 0.17
 
-/// The properties that one newmtl block sets. tinyobjloader does not tell whether a value was given
-/// or is the default.
+/// One newmtl block. The flags tell which properties it sets, because tinyobjloader does not tell
+/// whether a value was given or is the default. Line numbers are from 1.
 struct MtlBlock {
   bool kd = false, ks = false, ns = false, pr = false, pm = false;
   std::uint32_t line = 0, texture_line = 0;
@@ -52,8 +52,9 @@ class MtlScanner {
 
  private:
   void scan_line(std::string_view line);
-  /// Checks 1 to 3 numbers and copies the line; one number is repeated where three are required.
-  void scan_numbers(std::string_view word, std::string_view values, std::size_t count);
+  /// Checks `count` numbers (1 or 3) and copies the line; a single number is repeated where three
+  /// are required.
+  void scan_numbers(std::string_view word, std::string_view text, std::size_t count);
   void report(const Occurrences& events, const char* text) {
     if (events.count > 0)
       result_.warnings.push_back(
@@ -64,7 +65,7 @@ class MtlScanner {
   std::string file_;
   ErrorList errors_;
   MtlScan result_;
-  std::set<std::string> names_;
+  std::set<std::string> names_;  ///< materials defined so far
   Occurrences spectral_, before_first_material_;
 };
 
@@ -179,6 +180,7 @@ std::vector<std::string> list_library_names(AssetFinder& finder, const fs::path&
        word = take_word(arguments))
     words.emplace_back(word);
   if (words.size() < 2) return {line};
+  // Too many words are returned, too: load_mtls() reports them.
   if (words.size() > kMaxLibraries || std::any_of(words.begin(), words.end(), exists)) return words;
   return {line};
 }

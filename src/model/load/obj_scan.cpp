@@ -50,6 +50,8 @@ class Scanner {
   void report(const Occurrences& events, const char* singular, const char* plural);
   void report_occurrences();
   Error make_no_faces_error() const;
+  /// Indices in result_ of the current label and material (-1: none), which these functions add on
+  /// first use.
   std::uint32_t label_index();
   std::int32_t material_index();
   /// Number of vectors in a flat list of their components.
@@ -260,6 +262,7 @@ std::uint32_t Scanner::label_index() {
 }
 
 std::int32_t Scanner::material_index() {
+  // A usemtl line without a name selects no material.
   if (!current_material_ && material_.name.empty()) current_material_ = -1;
   if (!current_material_) {
     const auto [it, added] = material_indices_.try_emplace(

@@ -18,8 +18,8 @@ struct ObjCorner {
 };
 
 struct ObjFace {
-  std::uint32_t corners = 0;  ///< number of corners
-  std::uint32_t line = 0;
+  std::uint32_t corners = 0;      ///< number of corners
+  std::uint32_t line = 0;         ///< line of its f statement, from 1
   std::uint32_t label = 0;        ///< index into ObjScan::labels
   std::int32_t material = -1;     ///< index into ObjScan::materials, -1 = none
   std::int32_t color = kNoColor;  ///< 0xRRGGBB in sRGB: mean colour of its points, in steps of 4

@@ -43,8 +43,8 @@ std::optional<Property> parse_property(std::string_view type) {
   return std::nullopt;
 }
 
-/// Parses the header; nothing if there are no velocities, or the vertices are not the first element
-/// or have a list.
+/// Parses the header; nothing if there are no velocities, if the vertices are not the first element
+/// or have a list, or if one of the six columns of a binary file is not floating-point.
 std::optional<VertexTable> parse_header(std::string_view bytes) {
   constexpr std::string_view kEnd = "end_header";
   constexpr std::array<std::string_view, 6> kNames{"x", "y", "z", "vx", "vy", "vz"};

@@ -24,9 +24,8 @@ class LineReader {
   explicit LineReader(std::string_view text) : remaining_(text) {}
   bool next();                                     ///< reads a line; false at the end of the text
   std::string_view line() const { return line_; }  ///< valid until next()
-  std::uint32_t number() const {
-    return number_;
-  }  ///< number of the line's first physical line, from 1
+  /// Number of the line's first physical line, from 1.
+  std::uint32_t number() const { return number_; }
 
  private:
   std::string_view physical_line();
@@ -40,7 +39,8 @@ std::string_view take_word(std::string_view& line);
 /// Removes blanks at both ends.
 std::string_view trim(std::string_view text);
 
-/// A number of an OBJ or MTL file. `problem` is null or a message with what to do.
+/// A number of an OBJ or MTL file. `problem` is null, or a message with what to do
+/// while `value` is 0.
 struct ParsedReal {
   float value = 0;
   const char* problem = nullptr;

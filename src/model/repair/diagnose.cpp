@@ -32,6 +32,7 @@ constexpr double kMinSheetFraction = 0.01, kMaxSheetFraction = 0.5;
 /// Rounds to two significant digits, but not finer than 0.1.
 double round_to_two_digits(double value) {
   double unit = 0.1;
+  // The limit of 300 steps ends the loop for an infinite value.
   for (int i = 0; i < 300 && value >= 100 * unit; ++i) unit *= 10;
   return std::round(value / unit) * unit;
 }
@@ -48,7 +49,7 @@ struct Topology {
   std::vector<std::uint32_t> shell_index;  ///< per triangle
 };
 
-/// Counts all edges, and in `d` the boundary, non-manifold and flipped ones.
+/// Counts all edges in `edges`, and the boundary, non-manifold and flipped ones in `d`.
 void count_edges(const std::vector<EdgeUse>& uses, const Model& model, Diagnosis& d,
                  std::size_t& edges) {
   for_each_edge(uses, [&](std::size_t first, std::size_t last) {
@@ -128,7 +129,7 @@ double winding_number_of_others(const Model& model, const Topology& topology, st
         half_solid_angle(corner(t, 0) - eye, corner(t, 1) - eye, corner(t, 2) - eye);
     sum += exact::atan2(angle.num, angle.den);
   }
-  return sum / (2 * std::numbers::pi);
+  return sum / (2 * std::numbers::pi);  // half of the full solid angle, 4 pi
 }
 
 /// Counts the shells that face inward and are not inside another shell.
@@ -226,7 +227,9 @@ Diagnosis transfer_diagnosis(Diagnosis d, const Model& similar) {
 std::vector<std::string> describe_problems(const Diagnosis& d) {
   std::vector<std::string> lines;
   if (d.triangles == 0) return {"it has no faces - export the model with its faces"};
-  const auto at = [](Vec3 p) { return fmt::format("({:.4g}, {:.4g}, {:.4g})", p.x, p.y, p.z); };
+  const auto format_point = [](Vec3 p) {
+    return fmt::format("({:.4g}, {:.4g}, {:.4g})", p.x, p.y, p.z);
+  };
   if (d.closed && d.volume < 0)
     lines.push_back("it is inside out (its volume is negative) - turn all faces around");
   const Vec3 size = d.box.size();
@@ -240,7 +243,8 @@ std::vector<std::string> describe_problems(const Diagnosis& d) {
         "usually fine: what is inside is decided by the winding number; close the holes if a part "
         "is missing on the way",
         d.boundary_edges, d.boundary_edges == 1 ? "edge has" : "edges have", d.open_shells,
-        d.shells, at(d.first_open_edge_points[0]), at(d.first_open_edge_points[1])));
+        d.shells, format_point(d.first_open_edge_points[0]),
+        format_point(d.first_open_edge_points[1])));
   if (d.thickness && is_thin(*d.thickness))
     lines.push_back(fmt::format(
         "it is thin: half of its walls are thinner than {:.3g}, so about {:.0f} balls are needed "

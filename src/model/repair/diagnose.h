@@ -28,13 +28,12 @@ struct Diagnosis {
   /// Closed shells that face inward without being a cavity of another shell. At most 64
   /// inward-facing shells are examined.
   std::size_t inverted_shells = 0;
-  long long euler = 0;  ///< V - E + F over used points
-  int genus = -1;       ///< sum over shells, split at touching points; -1 if not closed
-  bool closed = false;  ///< true if every edge has exactly two faces, oppositely oriented
-  double volume = 0, area = 0;
+  long long euler = 0;          ///< V - E + F over used points
+  int genus = -1;               ///< sum over shells, split at touching points; -1 if not closed
+  bool closed = false;          ///< true if every edge has exactly two faces, oppositely oriented
+  double volume = 0, area = 0;  ///< `volume` is negative if the faces point inward
   Box box;
-  /// The open edge with the lowest point indices, and its end points; meaningful if boundary_edges
-  /// > 0.
+  /// The boundary edge with the lowest point indices, and its end points; 0 if there is none.
   std::array<std::uint32_t, 2> first_open_edge{0, 0};
   std::array<Vec3, 2> first_open_edge_points;
   std::optional<Thickness> thickness;          ///< diagnose_fully() only

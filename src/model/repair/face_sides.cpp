@@ -17,7 +17,7 @@ FaceSide classify_face(const Model& model, const Triangle& triangle, const Insid
   const Vec3 a = model.points[triangle.v[0]], b = model.points[triangle.v[1]],
              c = model.points[triangle.v[2]];
   const Vec3 normal = normalized(cross(b - a, c - a));
-  int boundary = 0, sheet = 0, hidden = 0;
+  int boundary = 0, sheet = 0, hidden = 0;  // numbers of tested points
   // The centroid, and three points near the corners.
   constexpr std::array<Vec3, 4> kBarycentric{
       {{1.f / 3, 1.f / 3, 1.f / 3}, {.8f, .1f, .1f}, {.1f, .8f, .1f}, {.1f, .1f, .8f}}};

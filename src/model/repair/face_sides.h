@@ -22,10 +22,10 @@ enum class FaceSide : std::uint8_t {
 /// number is only 1/2.
 inline constexpr double kDecidedWinding = 0.75;
 
-/// Classifies each triangle by the winding numbers at the distance `step` on both sides of its
-/// centroid and of three points near its corners. If thousands of triangles are long, the triangles
-/// of a simpler model (cluster_long_triangles()) are classified instead. Each original triangle
-/// then takes the class of the simpler model's triangle closest to its centroid.
+/// Classifies each triangle by the winding numbers at the distance `step` (model units) on both
+/// sides of its centroid and of three points near its corners. If thousands of triangles are long,
+/// the triangles of a simpler model (cluster_long_triangles()) are classified instead. Each
+/// original triangle then takes the class of the simpler model's triangle closest to its centroid.
 std::vector<FaceSide> classify_faces(const Model& model, const InsideTest& inside, float step);
 
 /// Lists the triangles that are not hidden, ascending; all of them if every one is hidden.

@@ -121,9 +121,9 @@ std::vector<std::uint32_t> sample_faces(const Model& model, const Component& com
   double sum = 0;
   for (const std::uint32_t t : faces) {
     sum += length(area_vector(model, t));
-    const double next =
+    const double next_area =
         (static_cast<double>(samples.size()) + 0.5) / kSamplesPerComponent * component.area;
-    if (sum >= next && samples.size() < kSamplesPerComponent) samples.push_back(t);
+    if (sum >= next_area && samples.size() < kSamplesPerComponent) samples.push_back(t);
   }
   return samples;
 }
@@ -178,7 +178,7 @@ void flip_component(Components& components, const Component& component) {
 
 /// Decides which faces of an inconsistent component are flipped.
 void choose_orientation(const Model& model, Components& components, Component& component) {
-  // The marked flips would not reduce the number of inconsistent edges.
+  // Flips that do not reduce the number of inconsistent edges are dropped.
   if (component.nonorientable_edges >= component.inconsistent_edges) {
     for (std::size_t i = component.begin; i < component.end; ++i)
       components.flip[components.order[i]] = 0;
@@ -195,7 +195,7 @@ void choose_orientation(const Model& model, Components& components, Component& c
 void flip_faces(Model& model, const Components& components) {
   const std::vector<Vec3> normals = face_normals(model);
   for (const Component& component : components.all) {
-    double agreement = 0;  // of the corner normals with the normals of the old orientation
+    double agreement = 0;  // sum of dot products of the corner normals with the old face normals
     bool has_flips = false;
     for (std::size_t i = component.begin; i < component.end; ++i) {
       const std::uint32_t t = components.order[i];
@@ -239,7 +239,7 @@ double winding_around(const Model& model, const InsideTest& inside, const Compon
 
 /// Marks components that are consistently oriented, face inward and are no cavities.
 void mark_inside_out(const Model& model, Components& components) {
-  constexpr std::size_t kMinFaces = 4;  // of a closed surface
+  constexpr std::size_t kMinFaces = 4;  // a closed surface has no fewer
   std::vector<const Component*> candidates;
   for (const Component& component : components.all) {
     if (component.end - component.begin < kMinFaces || candidates.size() >= kMaxCandidates)
@@ -267,7 +267,7 @@ void flip_marked_faces(Model& model, const Components& components) {
 }  // namespace
 
 Orientation orient_faces(Model& model) {
-  const std::vector<Triangle> before = model.triangles;
+  const std::vector<Triangle> original_triangles = model.triangles;
   Components components = find_components(model);
   bool solid = !components.all.empty();
   for (Component& component : components.all) {
@@ -287,8 +287,8 @@ Orientation orient_faces(Model& model) {
     flip_marked_faces(model, components);
   }
   Orientation result{0, model.triangles.size()};
-  for (std::size_t t = 0; t < before.size(); ++t)
-    result.flipped += before[t].v[1] != model.triangles[t].v[1];
+  for (std::size_t t = 0; t < original_triangles.size(); ++t)
+    result.flipped += original_triangles[t].v[1] != model.triangles[t].v[1];
   return result;
 }
 

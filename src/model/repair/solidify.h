@@ -10,7 +10,7 @@ namespace polymorph {
 struct SolidifySettings {
   int resolution = 128;  ///< cells along the longest side, 16..512
   /// Openings up to this width are closed, and the space behind them is filled; model units. 0
-  /// selects the smallest width, up to 1.05 of the longest side, such that no larger width more
+  /// selects the smallest width, up to 1.05 times the longest side, such that no larger width more
   /// than doubles the enclosed volume: a cup is filled up to its rim, while a solid stays as it is.
   float gap = 0;
 };

@@ -27,16 +27,17 @@ std::vector<Loop> find_boundary_loops(const Model& model) {
   });
   // Where loops touch at a point, several boundary edges begin there. Loops through such a point
   // are dropped.
-  std::unordered_map<std::uint32_t, std::uint32_t> next;
-  std::unordered_map<std::uint32_t, int> counts;
-  for (const auto& [from, to] : edges) next[from] = to, ++counts[from];
+  std::unordered_map<std::uint32_t, std::uint32_t> next_point;
+  std::unordered_map<std::uint32_t, int> edge_counts;  // edges that begin at each point
+  for (const auto& [from, to] : edges) next_point[from] = to, ++edge_counts[from];
   std::vector<Loop> loops;
   for (const auto& [start, unused] : edges) {
     Loop loop;
-    for (auto edge = next.find(start); edge != next.end(); edge = next.find(loop.back())) {
+    for (auto edge = next_point.find(start); edge != next_point.end();
+         edge = next_point.find(loop.back())) {
       loop.push_back(edge->second);
-      const bool is_simple = counts[edge->first] == 1;
-      next.erase(edge);
+      const bool is_simple = edge_counts[edge->first] == 1;
+      next_point.erase(edge);
       if (!is_simple) break;
     }
     if (loop.size() >= 3 && loop.back() == start) loops.push_back(std::move(loop));
@@ -51,8 +52,8 @@ Vec3 find_center(const Model& model, const Loop& loop) {
   return to_float(sum * (1.0 / static_cast<double>(loop.size())));
 }
 
-/// Computes the area that a fan around `center` spans, as the length of its area vector, so that
-/// folds cancel.
+/// Computes the length of the sum of a fan's area vectors: the area that the loop spans, without
+/// folds, which cancel.
 double spanned_area(const Model& model, const Loop& loop, Vec3 center) {
   Vec3d sum;
   for (std::size_t i = 0; i < loop.size(); ++i)
@@ -92,7 +93,7 @@ std::optional<FilledVessel> fill_openings(const Model& model, const InsideTest& 
   }
   if (filled.triangles.empty() || compute_compactness(copy_faces(filled)) < kMinCompactness)
     return std::nullopt;
-  return FilledVessel{std::move(filled), true};
+  return FilledVessel{std::move(filled), /*is_sheet=*/true};
 }
 
 }  // namespace
@@ -112,7 +113,7 @@ std::optional<FilledVessel> fill_vessel(const Model& model, const InsideTest& in
   const Mesh filled = copy_faces(*solid);
   if (volume_of(filled) < kMinGain * volume || compute_compactness(filled) < kMinCompactness)
     return std::nullopt;
-  return FilledVessel{std::move(*solid), false};
+  return FilledVessel{std::move(*solid), /*is_sheet=*/false};
 }
 
 }  // namespace polymorph

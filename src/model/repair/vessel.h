@@ -14,16 +14,13 @@ struct FilledVessel {
   bool is_sheet = false;  ///< its walls are single faces, without thickness
 };
 
-/// Fills a vessel to the brim; returns nothing if the model is no vessel. A model whose walls are
-/// single faces is a vessel if
-/// - loops of its boundary edges (with one triangle each) span at least a twentieth of its area
-///   each;
-/// - the winding number at the centre of such a loop is between 0.2 and 0.8, so that no other part
-///   of the model closes the loop;
-/// - the filled model encloses a space, unlike a plate.
-/// The filled model has the original triangles, followed by fans around the centres of these loops.
-/// A closed model is a vessel if it has thin walls only and solidify() makes a solid of it that has
-/// more than twice its volume.
+/// Fills a vessel to the brim; returns nothing if the model is no vessel. An opening is a loop of
+/// boundary edges (edges of one triangle) that spans at least a twentieth of the model's area. The
+/// winding number at its centre is between 0.2 and 0.8, so that no other part of the model closes
+/// it. A model whose walls are single faces is a vessel if it has openings and encloses a space
+/// when they are filled, unlike a plate. The filled model has the original triangles, followed by
+/// fans around the centres of the openings. A closed model is a vessel if it has thin walls only
+/// and solidify() makes a solid of it that has more than twice its volume.
 std::optional<FilledVessel> fill_vessel(const Model& model, const InsideTest& inside);
 
 }  // namespace polymorph

@@ -50,10 +50,12 @@ class LineTransform {
     return ((values_[b] + y * y) - (values_[a] + x * x)) / (2 * (y - x));
   }
   std::vector<double> values_;         ///< f
-  std::vector<std::size_t> vertices_;  ///< j of the parabolas of the envelope
-  std::vector<double> starts_;         ///< position from which on each of them is the lowest
+  std::vector<std::size_t> vertices_;  ///< j of each parabola of the envelope, from left to right
+  std::vector<double> starts_;         ///< position at which each of these becomes the lowest
 };
 
+/// Applies a LineTransform to all lines along an axis. Line i begins at the point whose coordinates
+/// along the two other axes b and c are i % n[b] and i / n[b].
 void transform_axis(const Grid& grid, int axis, std::vector<float>& distance2) {
   const std::array<std::size_t, 3> n{static_cast<std::size_t>(grid.points.x),
                                      static_cast<std::size_t>(grid.points.y),
@@ -162,7 +164,7 @@ Grid make_grid_around(const Box& box, float cell, float radius) {
 }
 
 std::vector<std::uint8_t> mark_wall_points(const Grid& grid, const ClosestPointQuery& surface) {
-  constexpr int kBlock = 8;
+  constexpr int kBlock = 8;  // points per side of a block; most blocks are skipped by one query
   std::vector<std::uint8_t> wall(array3_count(grid.points), 0);
   const auto blocks = [](int n) { return (n + kBlock - 1) / kBlock; };
   const int bx = blocks(grid.points.x), by = blocks(grid.points.y), bz = blocks(grid.points.z);
@@ -205,11 +207,11 @@ Voxels find_unreachable(const Grid& grid, const std::vector<float>& wall_distanc
   }
   // The ball around a reached point covers all points within the radius. The extra cell erodes the
   // solid.
-  voxels.level = compute_distances(grid, is_reached);
-  voxels.solid.resize(voxels.level.size());
-  for (std::size_t i = 0; i < voxels.level.size(); ++i) {
-    voxels.level[i] -= radius_cells + 1;
-    voxels.solid[i] = voxels.level[i] > 0 ? 1 : 0;
+  voxels.depth = compute_distances(grid, is_reached);
+  voxels.solid.resize(voxels.depth.size());
+  for (std::size_t i = 0; i < voxels.depth.size(); ++i) {
+    voxels.depth[i] -= radius_cells + 1;
+    voxels.solid[i] = voxels.depth[i] > 0 ? 1 : 0;
   }
   return voxels;
 }
@@ -229,11 +231,11 @@ void make_manifold(Voxels& voxels) {
             if (is_connected(set) && is_connected(~set & 0xffu)) break;
             // The innermost empty corner becomes solid.
             std::size_t best = 0;
-            float level = -kInfiniteDistance;
+            float max_depth = -kInfiniteDistance;
             for (unsigned k = 0; k < 8; ++k) {
               const std::size_t corner = cells.corner(first, k);
-              if (voxels.solid[corner] || !(voxels.level[corner] > level)) continue;
-              level = voxels.level[corner];
+              if (voxels.solid[corner] || !(voxels.depth[corner] > max_depth)) continue;
+              max_depth = voxels.depth[corner];
               best = corner;
             }
             voxels.solid[best] = 1;
@@ -248,8 +250,9 @@ VoxelSurface make_surface_nets(const Voxels& voxels) {
   const Int3 n = voxels.grid.points;
   VoxelSurface surface;
   std::vector<std::uint32_t> vertex(voxels.count(), kNoIndex);  // per cell, by its lowest corner
-  const auto level = [&](std::size_t i) {  // clamped, so that its sign agrees with `solid`
-    return voxels.solid[i] ? std::max(voxels.level[i], 0.01f) : std::min(voxels.level[i], -0.01f);
+  // The clamped depth has the sign that agrees with `solid`.
+  const auto clamped_depth = [&](std::size_t i) {
+    return voxels.solid[i] ? std::max(voxels.depth[i], 0.01f) : std::min(voxels.depth[i], -0.01f);
   };
   for (int z = 0; z + 1 < n.z; ++z)
     for (int y = 0; y + 1 < n.y; ++y)
@@ -264,7 +267,8 @@ VoxelSurface make_surface_nets(const Voxels& voxels) {
           for (const unsigned step : {1u, 2u, 4u}) {
             const unsigned b = a | step;
             if (b == a || (set >> a & 1) == (set >> b & 1)) continue;
-            const float la = level(cells.corner(first, a)), lb = level(cells.corner(first, b));
+            const float la = clamped_depth(cells.corner(first, a)),
+                        lb = clamped_depth(cells.corner(first, b));
             const float t = la / (la - lb);
             sum =
                 sum +

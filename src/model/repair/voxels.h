@@ -12,29 +12,31 @@
 
 namespace polymorph {
 
-/// Grid points marked as solid or empty. `level` is in cells, increases inward and is 0 at the
-/// boundary of the solid before make_manifold().
+/// Voxels: grid points, each solid or empty.
 struct Voxels {
   Grid grid;
-  std::vector<float> level;
-  std::vector<std::uint8_t> solid;
+  /// Depth of each point below the solid's boundary in cells, negative outside. It is that of the
+  /// solid before make_manifold(), which changes `solid` only.
+  std::vector<float> depth;
+  std::vector<std::uint8_t> solid;  ///< one per point: 1 solid, 0 empty
   std::size_t index(int x, int y, int z) const { return array3_index(grid.points, x, y, z); }
   std::size_t count() const { return solid.size(); }
 };
 
-/// Computes the distance, in cells, of each grid point to the nearest one with `seed` (exact;
-/// Felzenszwalb and Huttenlocher 2012); infinity without seeds.
+/// Computes the distance, in cells, of each grid point to the nearest one whose `seed` is not 0
+/// (exact; Felzenszwalb and Huttenlocher 2012); infinity without seeds.
 std::vector<float> compute_distances(const Grid& grid, const std::vector<std::uint8_t>& seed);
 
 /// Makes a grid around a model with a margin in which a ball of the given radius can move freely.
+/// Cell and radius are in model units.
 Grid make_grid_around(const Box& box, float cell, float radius);
 
 /// Marks the grid points within 0.87 cells (half a cell's diagonal) of the surface.
 std::vector<std::uint8_t> mark_wall_points(const Grid& grid, const ClosestPointQuery& surface);
 
-/// Finds the voxels that a ball of this radius cannot reach when it moves in from the border
-/// without touching wall points (`wall_distances`: distances to them, in cells). The result is
-/// eroded by one cell, so that the wall's own cells alone make no solid.
+/// Finds the voxels that a ball of this radius (model units) cannot reach when it moves in from the
+/// border without touching wall points (`wall_distances`: distances to them, in cells). The result
+/// is eroded by one cell, so that the wall's own cells alone make no solid.
 Voxels find_unreachable(const Grid& grid, const std::vector<float>& wall_distances, float radius);
 
 /// Removes components smaller than a thousandth of the largest; then fills voxels until in each
