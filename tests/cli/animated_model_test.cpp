@@ -115,7 +115,7 @@ TEST_F(AnimatedModel, KeysAreSplinesStepsAndIntegersAsTheFileSays) {
           buffer.add(std::vector<std::int16_t>{0, 0, 0, 32767, 0, 0, 23170, 23170}, "VEC4", 4,
                      R"(, "normalized": true)"),
       joints = buffer.add(std::vector<std::uint16_t>(16), "VEC4", 4),
-      shares = buffer.add(Floats{1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}, "VEC4", 4),
+      shares = buffer.add(Floats{1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0}, "VEC4", 4),
       bind = buffer.add(Floats{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, "MAT4", 16);
   const std::string skinned = R"({"primitives": [{"attributes": {"POSITION": )" + points +
                               R"(, "JOINTS_0": )" + joints + R"(, "WEIGHTS_0": )" + shares +
@@ -133,7 +133,7 @@ TEST_F(AnimatedModel, KeysAreSplinesStepsAndIntegersAsTheFileSays) {
       R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0, 1, 2, 3, 4, 5, 6]}], "nodes": [
         {"name": "body", "mesh": 0}, {"name": "body", "mesh": 0, "scale": [3, 1, 1], "translation": [20, 0, 0]},
         {"name": "body", "mesh": 1, "translation": [40, 0, 0]},
-        {"mesh": 2, "skin": 0}, {"mesh": 3, "skin": 1},
+        {"mesh": 2, "skin": 0, "translation": [0, 50, 0]}, {"mesh": 3, "skin": 1},
         {"name": "bone", "translation": [60, 0, 0]}, {"name": "bone", "translation": [80, 0, 0]}],
         "skins": [{"joints": [5], "inverseBindMatrices": )" +
           bind + R"(}, {"joints": [6], "inverseBindMatrices": )" + bind + R"(}],
@@ -167,6 +167,7 @@ TEST_F(AnimatedModel, KeysAreSplinesStepsAndIntegersAsTheFileSays) {
     EXPECT_LT(distance_to(found, 40, 1 + second, 0), 1e-5) << pose;
     EXPECT_LT(distance_to(found, pose < 19 ? 61 : 62, 0, 0), 1e-5) << pose;
     EXPECT_LT(distance_to(found, 80 + std::cos(angle), std::sin(angle), 0), 1e-4) << pose;
+    EXPECT_LT(distance_to(found, 0, 50, 1), 1e-5) << pose << ": a vertex without bones";
   }
   // Keys that cannot be read are named; what they would move stays.
   std::string text = read_text(folder / "keys.gltf");

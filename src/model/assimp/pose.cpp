@@ -104,7 +104,8 @@ const aiNode* find_joint(const Pose& pose, const aiNode& node, const aiBone& bon
   return root->FindNode(bone.mName);
 }
 
-/// Moves vertices by their bones (linear blend skinning). Vertices without bones stay.
+/// Moves vertices by their bones (linear blend skinning), and vertices without bones by their node,
+/// all to the scene's coordinates.
 void skin(const Pose& pose, const aiNode& node, const aiMesh& mesh, PosedMesh& posed) {
   const std::vector<aiVector3D> points = posed.points, normals = posed.normals;
   std::vector<ai_real> weight_sums(points.size());
@@ -124,11 +125,14 @@ void skin(const Pose& pose, const aiNode& node, const aiMesh& mesh, PosedMesh& p
       weight_sums[vertex] += weight;
     }
   }
+  const aiMatrix4x4 node_transform = pose.globals.at(&node);
   for (std::size_t i = 0; i < weight_sums.size(); ++i) {
-    if (weight_sums[i] > 0)
+    if (weight_sums[i] > 0) {
       posed.points[i] *= 1 / weight_sums[i];
-    else
-      posed.points[i] = points[i];
+      continue;
+    }
+    posed.points[i] = node_transform * points[i];
+    if (!normals.empty()) posed.normals[i] = aiMatrix3x3(node_transform) * normals[i];
   }
   posed.in_scene = true;
 }
