@@ -119,8 +119,8 @@ template <class F>
 struct BrickField {
   const typename F::Ball* balls = nullptr;
   BallList list;
-  const FarField* far = nullptr;
-  FarBox box = {};
+  const FarField* far = nullptr;  ///< null with finite support
+  FarBox box = {};                ///< the box of `far`; unused with finite support
 
   /// `margin`: Level::margin of the bricks.
   PM_HD BrickField(const Grid& grid, int margin, const Node& brick, const typename F::Ball* all,
@@ -162,9 +162,9 @@ struct PrepareBalls {
   View<typename F::Ball> prepared;
   View<std::uint32_t> all_balls;  ///< 0, 1, 2, ...: the list that holds all balls
   FieldScale scale;
-  Int3 roots;  ///< along each axis
-  View<Node> nodes;
-  View<Counts> sums;
+  Int3 roots;                ///< along each axis
+  View<Node> nodes;          ///< the roots; empty if there is no tree
+  View<Counts> sums;         ///< per root: set to 0 for ClassifyChildren
   View<Offsets> node_count;  ///< nodes and entries of the roots' level
   View<FarField> far;        ///< per root, where support is infinite
 
