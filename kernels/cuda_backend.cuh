@@ -475,7 +475,7 @@ class CudaBackend {
   /// A buffer whose capacity *count may exceed.
   struct Fit {
     const std::int64_t* count;
-    std::int64_t per_item, capacity;
+    std::int64_t per_item, capacity;  ///< elements per item; capacity in items
     Growing* buffer;
   };
   static constexpr const char* kNoPass = "";

@@ -148,6 +148,7 @@ struct alignas(16) EllipsoidBall {
         base);
   }
 
+  /// Return u along x and along y, for the offset d from the centre; along z it is zz dz.
   template <class V>
   PM_HD V along_x(V dx, V dy, V dz) const {
     return fma(broadcast<V>(xx), dx, fma(broadcast<V>(xy), dy, xz * dz));

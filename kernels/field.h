@@ -94,6 +94,7 @@ PM_HD inline Points<V> negated_gradient_at(const Points<V>& p, const typename F:
       batch_q(batch, p, q);
       const V d01 = q[0] * q[1], d23 = q[2] * q[3], inv_product = 1.0f / (d01 * d23);
       const V inv_d01 = d23 * inv_product, inv_d23 = d01 * inv_product;
+      // inverse[i] = 1 / q[i], with one division for the batch.
       const V inverse[kBatch] = {q[1] * inv_d01, q[0] * inv_d01, q[3] * inv_d23, q[2] * inv_d23};
       for (int i = 0; i < kBatch; ++i) {
         const V negated_derivative = batch[i].w * (inverse[i] * inverse[i]);
@@ -186,7 +187,7 @@ struct PrepareBalls {
 };
 
 /// Samples the field at arbitrary points as sums over all balls. An item is as many points as V has
-/// lanes.
+/// lanes; lanes beyond the last point repeat it.
 template <class F, class V>
 struct SamplePoints {
   View<const Vec3> points;

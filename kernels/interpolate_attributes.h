@@ -22,7 +22,8 @@ constexpr float kMinShare = 1e-4f;
 
 /// Writes the interpolated values at kRun neighbouring points. A ball and a point have kMaps
 /// quadruples of values each. One team per run. The points of a run lie in as many boxes as V has
-/// lanes, and each ball is tested against all of them at once.
+/// lanes, and each ball is tested against all of them at once. Where points are missing in the last
+/// run, others are repeated.
 template <class F, class V, int kMaps>
 struct InterpolateAttributes {
   static constexpr int kThreads = 128;

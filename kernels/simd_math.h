@@ -1,6 +1,6 @@
 // Portable SIMD arithmetic (float, or 8 or 16 lanes of AVX2 or AVX-512) with bit-identical results
 // on the CPU and on the GPU: only + - * / sqrt, explicit fma and integer operations, each of which
-// IEEE 754 defines exactly. libm is not used, because its exp differs between the two sides.
+// IEEE 754 defines exactly. libm is not used, because its exp differs between CPU and GPU.
 // Contraction is off in both compilers, so that only fma() rounds a product and a sum once.
 #pragma once
 
@@ -375,7 +375,7 @@ PM_HD inline void store_points(float* to, V x, V y, V z, int count) {
   }
 }
 /// Writes `base` plus the index of each set bit, lowest first, and returns the number of set bits.
-/// `bits` has 24 bits. All 24 elements from `to` on may be overwritten.
+/// `bits` is below 2^24. All 24 elements from `to` on may be overwritten.
 template <class V>
 PM_HD inline int write_set_bits(std::uint32_t bits, std::uint32_t base, std::uint32_t* to) {
   int n = 0;
@@ -383,8 +383,8 @@ PM_HD inline int write_set_bits(std::uint32_t bits, std::uint32_t base, std::uin
     to[n++] = base + static_cast<std::uint32_t>(countr_zero(bits));
   return n;
 }
-/// Writes, at the index of each set bit, `base` plus the number of set bits below it. `bits` has 24
-/// bits; the elements at the other bits become undefined.
+/// Writes, at the index of each set bit, `base` plus the number of set bits below it. `bits` is
+/// below 2^24; the elements at the other bits become undefined.
 template <class V>
 PM_HD inline void number_set_bits(std::uint32_t bits, std::uint32_t base, std::uint32_t* to) {
   for (; bits != 0; bits &= bits - 1) to[countr_zero(bits)] = base++;

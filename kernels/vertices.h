@@ -203,11 +203,11 @@ struct PlaceVertices {
     Edges<V> out;
     out.axis = bit - 3u * x;
     const auto along_x = out.axis == 0u, along_y = out.axis == 1u, along_z = out.axis == 2u;
-    const auto corner = [](int at) { return static_cast<float>(at * kBrickCells - 1); };
+    const auto first_point = [](int at) { return static_cast<float>(at * kBrickCells - 1); };
     // The lower end in cells from the grid's origin.
-    const Points<V> lower_end = {signed_to_float(x) + corner(brick.x),
-                                 signed_to_float(line % kBrickPoints) + corner(brick.y),
-                                 signed_to_float(line / kBrickPoints) + corner(brick.z)};
+    const Points<V> lower_end = {signed_to_float(x) + first_point(brick.x),
+                                 signed_to_float(line % kBrickPoints) + first_point(brick.y),
+                                 signed_to_float(line / kBrickPoints) + first_point(brick.z)};
     // The arithmetic is that of grid_point(), for equal bits.
     out.from = {grid.origin.x + grid.cell * lower_end.x, grid.origin.y + grid.cell * lower_end.y,
                 grid.origin.z + grid.cell * lower_end.z};
