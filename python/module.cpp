@@ -127,7 +127,7 @@ std::string analyze_sequence(const std::string& meshes, const std::string& sourc
   std::string report;
   run_call(progress, [&] {
     MeasuringActivity activity;
-    const MeshMorph morph{take(parse_file_pattern(meshes)), source, target, {}};
+    const MeshMorph morph{take(parse_file_pattern(meshes)), source, target, /*truth=*/{}};
     report = dump_json(analysis_json(take(analyze_meshes(morph, [&](int done, int count) {
       activity.show(done, count);
       return true;  // continues
@@ -207,7 +207,7 @@ class PythonScene {
             make_error(ErrorCode::kUsage, "actor {}: is a mesh sequence, without field", actor)};
       const MorphState state =
           morph_state_at(prepared_actor.timeline, shown_frame(prepared_.scene, frame));
-      if (prepared_actor.space) {
+      if (prepared_actor.space) {  // the actor is a mixture of objects, without legs
         const Mixture mixture = take(mix_objects(*prepared_actor.space, state.weights));
         const WeightedSurface mixed_surface = take(weighted_surface(mixture, *engine_));
         values = take(weighted_field(mixture, mixed_surface, positions, *engine_));
