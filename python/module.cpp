@@ -207,7 +207,7 @@ class PythonScene {
             make_error(ErrorCode::kUsage, "actor {}: is a mesh sequence, without field", actor)};
       const MorphState state =
           morph_state_at(prepared_actor.timeline, shown_frame(prepared_.scene, frame));
-      if (prepared_actor.space) {  // the actor is a mixture of objects, without legs
+      if (prepared_actor.space) {  // the actor mixes three objects or more
         const Mixture mixture = take(mix_objects(*prepared_actor.space, state.weights));
         const WeightedSurface mixed_surface = take(weighted_surface(mixture, *engine_));
         values = take(weighted_field(mixture, mixed_surface, positions, *engine_));
