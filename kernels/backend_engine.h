@@ -2,8 +2,11 @@
 // (passes.h).
 //
 // A backend provides (cpu_backend.h has the simplest one)
-//   Team: the threads that share one item, with V, kGroup, kParts, each(), each_group(),
-//     group_rank(), leads_group(), group_sum(), group_max(), sync(), scan(), append() and add();
+//   Team: the threads that share one item of a pass, in groups of kGroup threads. each(n, f) and
+//     each_group(n, f) call f(0) to f(n - 1), each in one thread or in one group. group_sum(),
+//     group_max() and append() combine the values of a group's threads, scan() those of a team,
+//     add() those of all teams; sync() waits for the team's threads. group_rank() numbers a group's
+//     threads; leads_group(): rank 0. kParts teams share a node of the tree. V: float or a pack;
 //   kManyRoots, kHostMemory; for_each(), for_teams(), scan();
 //   Buffer<T> with resize() and fit(); upload(), download(), output();
 //   start_frame(), everything_fitted(), finish_frame(); pass_times(), memory_used();
@@ -13,8 +16,8 @@
 //
 // Only the passes know how many nodes, entries, vertices and triangles there are: the counts stay
 // in backend memory, where the next pass reads them. The CUDA backend cannot read them between
-// passes, so it uses the buffers of the last frame. If one is too small, passes write nothing
-// beyond its end, everything_fitted() enlarges it, and the frame runs again.
+// passes, so it uses the buffers of the last frame (call of the engine). If one is too small,
+// passes write nothing beyond its end, everything_fitted() enlarges it, and the frame runs again.
 #pragma once
 
 #include <algorithm>

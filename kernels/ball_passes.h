@@ -74,19 +74,20 @@ class BallPasses {
       fit_bricks(work_, grid, bricks);
       if constexpr (!F::kCompactSupport)
         bricks.capacity = std::min(bricks.capacity, bricks.far.size);
-      const SampleBricks<F> sample = {prepare_counting(work_, grid, settings_, bricks, 0),
-                                      settings_.sample_stride,
-                                      bricks.entries,
-                                      balls_,
-                                      bricks.far,
-                                      all_balls()};
+      const SampleBricks<F> sample = {
+          prepare_counting(work_, grid, settings_, bricks, /*outside=*/0),
+          settings_.sample_stride,
+          bricks.entries,
+          balls_,
+          bricks.far,
+          all_balls()};
       return SampledBricks<SampleBricks<F>, BallVertices<F>>{bricks, sample,
                                                              ball_vertices(grid, bricks)};
     });
   }
 
   void sample(const std::vector<Vec3>& points, std::vector<float>& values) {
-    prepare({});
+    prepare(/*shape=*/{});
     const auto n = static_cast<std::int64_t>(points.size());
     const View<Vec3> at = work_.points.resize(backend_, n);
     const View<float> out = work_.point_values.resize(backend_, n);
@@ -101,7 +102,7 @@ class BallPasses {
   void interpolate(const std::vector<BallAttribute>& attributes, const std::vector<Vec3>& points,
                    std::vector<AttributeValues>& values) {
     using Interpolate = InterpolateAttributes<F, V, kMaps>;
-    prepare({});
+    prepare(/*shape=*/{});
     const auto n = static_cast<std::int64_t>(points.size());
     const Offsets runs = {(n + Interpolate::kRun - 1) / Interpolate::kRun, 0};
     // for_teams() reads the number of teams from backend memory.
@@ -178,7 +179,8 @@ class BallPasses {
     View<Counts> sums = root_sums_;
     View<FarField> far = root_far_;
     View<std::uint32_t> entries = all_balls_;
-    // The guessed number of nodes of level l; guess / 4 + 1 is that of their parents.
+    // The guessed number of nodes of level l, 8 times that of the level above. Buffers per parent
+    // get room for twice the latter, guess / 4 + 1.
     std::int64_t guess = guess_top_nodes(grid, shape);
     for (std::size_t l = levels.size(); l-- > 0; guess *= 8) {
       const auto level = static_cast<std::int64_t>(l);
@@ -199,7 +201,7 @@ class BallPasses {
       const View<Node> nodes = work_.nodes[l].fit(backend_, &total->first, 1, guess);
       View<Counts> node_sums;
       if (l > 0) node_sums = work_.sums[l % 2].fit(backend_, &total->first, 1, guess);
-      // The first guess is 48 balls per node.
+      // On the first call, room for 48 balls per node is guessed.
       const View<std::uint32_t> node_entries =
           work_.entries[l % 2].fit(backend_, &total->second, 1, 48 * guess);
       backend_.for_teams(count, capacity,

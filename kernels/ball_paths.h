@@ -13,14 +13,15 @@
 
 namespace polymorph {
 
-/// Rotation and scaling of one part (a group of balls) on its motion from the source to the target.
+/// Translation, rotation and scaling of one part (a group of balls) on its motion from the source
+/// to the target.
 struct PathPart {
-  Vec3d from_center, to_center;
-  Vec3d turn;            ///< rotation: axis times angle, radians
-  double log_scale = 0;  ///< natural logarithm of the scaling
+  Vec3d from_center, to_center;  ///< the part's centre in the source and in the target
+  Vec3d turn;                    ///< rotation: axis times angle, radians
+  double log_scale = 0;          ///< natural logarithm of the scaling
 };
 
-/// Position, scaling and rotation of a part at an eased time.
+/// Position, scaling and rotation of a part at an eased time u. Springs may leave [0, 1].
 struct PartPose {
   Vec3d center;
   double scale = 1;
@@ -33,23 +34,23 @@ PM_HD inline PartPose part_pose_at(const PathPart& part, double u) {
 
 /// Returns part_pose_at() of all parts.
 inline std::vector<PartPose> part_poses_at(const std::vector<PathPart>& parts, float u) {
-  std::vector<PartPose> places;
-  for (const PathPart& part : parts) places.push_back(part_pose_at(part, static_cast<double>(u)));
-  return places;
+  std::vector<PartPose> poses;
+  for (const PathPart& part : parts) poses.push_back(part_pose_at(part, static_cast<double>(u)));
+  return poses;
 }
 
-/// Path of one ball between its two ends.
+/// Path of one ball between its two ends. Velocities are in scene units per duration of the motion.
 struct BallPath {
   Ball start, end;  ///< the ball at time 0 and at time 1
   Vec3d from, to;   ///< positions relative to the part's centres, both in the source's orientation
   Vec3d bow;        ///< offset from the straight path at u = 1/2
-  Vec3d launch;     ///< launch velocity at both ends, scene units per motion (MotionState::thrown)
-  Vec3d drift;      ///< velocity left over from the previous motion, scene units per motion
+  Vec3d launch;     ///< velocity of both flights at their start, if MotionState::thrown
+  Vec3d drift;      ///< velocity left over from the previous motion
   double from_volume = 1, to_volume = 1;  ///< a^-3/2, which is proportional to the volume
   /// Logarithms of the shapes, in the source's orientation; unused if `round`.
   Sym3d from_log, to_log;
-  std::uint32_t part = 0;
-  bool round = true;
+  std::uint32_t part = 0;  ///< index in BallPaths::parts
+  bool round = true;       ///< whether both ends are round
 };
 struct BallPaths {
   std::vector<BallPath> balls;
@@ -61,10 +62,11 @@ struct MotionState {
   float time = 0;       ///< [0, 1], not eased
   float eased = 0;      ///< eased time of balls that have none of their own
   double softness = 0;  ///< fraction of a and w that balls lose half way, to blend; [0, 1]
-  double drifted = 0;   ///< time for which the balls' drift acts, in motions
-  /// Balls fly from both ends; around half way one flight is blended into the other.
+  double drifted = 0;   ///< time for which the balls' drift acts, in durations of the motion
+  /// True: balls fly from their start and, backwards in time, from their end; around half way one
+  /// flight is blended into the other.
   bool thrown = false;
-  double gravity = 0;  ///< scene units per motion squared
+  double gravity = 0;  ///< scene units per duration squared
   double floor = 0;    ///< height at which balls land, scene units
   double lift = 0;     ///< height by which all balls are raised, scene units (MorphPlan::lifts)
 };
@@ -93,7 +95,8 @@ PM_HD constexpr double volume_at(const BallPath& path, double u) {
   return volume > min_volume ? volume : min_volume;
 }
 
-/// Returns the position of a ball `time` after its launch from `start`; it stays where it lands.
+/// Returns the position of a ball `time` after its launch from `start`, in durations of the motion.
+/// A ball below the floor lands at the height of its start; balls stay where they land.
 PM_HD inline Vec3d flight_position(const MotionState& state, Vec3d start, Vec3d launch,
                                    double time) {
   const double drop = start.y > state.floor ? start.y - state.floor : 0.0;
@@ -108,10 +111,10 @@ PM_HD inline Vec3d flight_position(const MotionState& state, Vec3d start, Vec3d 
 
 /// Returns the ball between its ends, at its eased time u.
 PM_HD inline Ball ball_between(const BallPath& path, const MotionState& state, const PathPart& part,
-                               const PartPose& place, double u) {
+                               const PartPose& pose, double u) {
   Ball ball;
   const Vec3d x = path.from * (1 - u) + path.to * u + path.bow * (4 * u * (1 - u));
-  Vec3d center = place.center + (place.rotation * x) * place.scale;
+  Vec3d center = pose.center + (pose.rotation * x) * pose.scale;
   if (state.thrown) {
     const double clamped_u = u < 0 ? 0 : u > 1 ? 1 : u;
     // A smoothstep from u = 0.2 to 0.8 blends one flight into the other.
@@ -130,7 +133,7 @@ PM_HD inline Ball ball_between(const BallPath& path, const MotionState& state, c
   ball.w = ((1 - float_u) * path.start.w + float_u * path.end.w) * strength;
   if (!path.round) {
     const Sym3d log = log_shape_at(path, u) * remaining_stretch(state.softness, u);
-    ball.shape = to_sym3(place.rotation * to_mat3(exp_symmetric(log)) * transposed(place.rotation));
+    ball.shape = to_sym3(pose.rotation * to_mat3(exp_symmetric(log)) * transposed(pose.rotation));
   }
   return ball;
 }
@@ -139,7 +142,7 @@ PM_HD inline Ball ball_between(const BallPath& path, const MotionState& state, c
 struct MoveBalls {
   View<const BallPath> paths;
   View<const PathPart> parts;
-  View<const PartPose> places;    ///< per part, if all balls share the eased time
+  View<const PartPose> poses;     ///< per part, at the eased time that all balls share
   View<const float> eased_times;  ///< per ball; empty if all balls share one
   MotionState state;
   View<Ball> balls;
@@ -158,7 +161,7 @@ struct MoveBalls {
       const auto double_u = static_cast<double>(u);
       const PathPart& part = parts[path.part];
       ball = ball_between(path, state, part,
-                          eased_times.size > 0 ? part_pose_at(part, double_u) : places[path.part],
+                          eased_times.size > 0 ? part_pose_at(part, double_u) : poses[path.part],
                           double_u);
     }
     ball.center = ball.center + to_float(path.drift * state.drifted + Vec3d{0, state.lift, 0});

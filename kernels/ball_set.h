@@ -12,7 +12,7 @@
 namespace polymorph {
 
 /// Handle of a set of balls; copies share the set. An engine keeps one set in its own memory: the
-/// last that it was given or has made. So pass copies of one handle rather than vectors, each of
+/// last one that it was given or made. So pass copies of one handle rather than vectors, each of
 /// which becomes a new set.
 class BallSet {
  public:

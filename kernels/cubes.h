@@ -12,7 +12,7 @@
 namespace polymorph {
 
 /// Writes one square, with four vertices and a flat normal of its own, across each crossed edge of
-/// each brick. One team per brick.
+/// each brick. One team per brick. Members as in EmitTriangles (triangles.h).
 struct EmitCubes {
   static constexpr int kThreads = 64;
   struct Scratch {

@@ -52,7 +52,7 @@ __global__ void run_items(std::int64_t n, F f) {
 struct CudaTeam {
   using V = float;
   static constexpr std::uint32_t kGroup = 32;
-  /// Teams per node, so that a group of ClassifyChildren has one child.
+  /// Teams per node, so that each of the 16 groups of a team of ClassifyChildren has one child.
   static constexpr int kParts = 4;
   static constexpr unsigned kAll = 0xffffffffu;  ///< mask of all threads of a warp
 
@@ -475,7 +475,7 @@ class CudaBackend {
   /// A buffer whose capacity *count may exceed.
   struct Fit {
     const std::int64_t* count;
-    std::int64_t per_item, capacity;
+    std::int64_t per_item, capacity;  ///< elements per item; capacity in items
     Growing* buffer;
   };
   static constexpr const char* kNoPass = "";

@@ -79,29 +79,31 @@ class Engine {
                                const ExtractSettings& settings, Mesh& mesh) = 0;
 
   /// Extracts the surface between two objects, where their mixed distance equals the level times
-  /// its weight (morph_field.h); all else is as for balls. Ignores the settings `field`, `iso`,
-  /// `cutoff` and `sample_stride`. Call with the same objects in every frame: an engine keeps them
-  /// on its device. The regression's lattice must extend one node beyond the grid on every side.
+  /// its weight (morph_field.h); everything else is as for balls. Ignores the settings `field`,
+  /// `iso`, `cutoff` and `sample_stride`. Call with the same objects in every frame: an engine
+  /// keeps them on its device. The regression's lattice must extend one node beyond the grid on
+  /// every side.
   virtual EngineStatus extract(const MorphSurface& surface, const Grid& grid,
                                const ExtractSettings& settings, Mesh& mesh) = 0;
 
   /// Extracts the surface of one object's distances, where they are 0 (positive inside); between
-  /// the points of `object` they are trilinear (distance_field.h). Other values are
-  /// allowed, too, if none on the border is positive and `lipschitz` holds. All else is as for a
-  /// MorphSurface.
+  /// the points of `object` they are trilinear (distance_field.h). Values that are no distances are
+  /// allowed, too, if none on the border is positive and DistanceGrid::lipschitz is true of them.
+  /// Everything else is as for a MorphSurface.
   virtual EngineStatus extract(const std::shared_ptr<const DistanceGrid>& object, const Grid& grid,
                                const ExtractSettings& settings, Mesh& mesh) = 0;
 
-  /// Computes field values at arbitrary points (no culling for kInverseSquare, `cutoff` culling for
-  /// kGaussian). At a grid point the value has the bits that extract() compares with iso; for
-  /// kInverseSquare it is at least on the same side of iso. `values` is resized to points.size().
+  /// Computes field values at arbitrary points. A Gaussian ball ends at `cutoff`, a Wyvill ball at
+  /// its support, an inverse-square ball nowhere. At a grid point the value has the bits that
+  /// extract() compares with iso; for kInverseSquare it is at least on the same side of iso.
+  /// `values` is resized to points.size().
   virtual EngineStatus sample(const BallSet& balls, const std::vector<Vec3>& points,
                               const ExtractSettings& settings, std::vector<float>& values) = 0;
 
   /// Moves the balls along their paths to `state` and returns them in `balls`, one per path. Balls
   /// and paths stay on the device: call with the same object in every frame. `eased_times`: each
-  /// ball's eased time, or empty if all balls use that of `state`. kBadInput: `eased_times` of
-  /// another size, or a ball with a part that does not exist.
+  /// ball's eased time, or empty if all balls use MotionState::eased. kBadInput: `eased_times`
+  /// of another size, or a ball with a part that does not exist.
   virtual EngineStatus move_balls(const std::shared_ptr<const BallPaths>& paths,
                                   const MotionState& state, const std::vector<float>& eased_times,
                                   BallSet& balls) = 0;
@@ -118,8 +120,9 @@ class Engine {
                                    const std::vector<Vec3>& points, const ExtractSettings& settings,
                                    std::vector<AttributeValues>& values) = 0;
 
-  /// Evaluates the regression at points within its lattice: `maps` values per point. kBadInput: no
-  /// samples, values of another size, a lattice of less than 4 nodes per side.
+  /// Evaluates the regression at points within its lattice. `values` is resized to Regression::maps
+  /// per point. kBadInput: no samples, not `maps` values per sample, samples or landmarks that are
+  /// not finite, or a lattice of less than 4 nodes per side.
   virtual EngineStatus regress(const std::shared_ptr<const Regression>& regression,
                                const std::vector<Vec3>& points,
                                std::vector<AttributeValues>& values) = 0;
@@ -128,6 +131,7 @@ class Engine {
   /// the device (CUDA); 0: no limit. A call that needs more ends with kOutOfMemory.
   virtual void limit_memory(std::size_t /*bytes*/) {}
 
+  /// Returns the time of each pass of the last call, in the order in which the passes first ran.
   virtual std::vector<PassTime> pass_times() const = 0;
   /// Bytes held by the buffers, and on the CPU by the mesh of the last call.
   virtual std::size_t memory_used() const { return 0; }

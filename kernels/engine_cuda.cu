@@ -16,7 +16,8 @@ std::string version_text(int version) {
   return "CUDA " + std::to_string(version / 1000) + "." + std::to_string(version % 1000 / 10);
 }
 
-/// The kernel module's version ("580.65.06"), which the CUDA API does not report; empty if unknown.
+/// Reads the kernel module's version, such as 580.65.06, which the CUDA API does not report. Empty
+/// if unknown.
 std::string kernel_module_version() {
   std::ifstream file("/proc/driver/nvidia/version");
   std::string word;

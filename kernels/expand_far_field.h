@@ -45,7 +45,7 @@ struct ExpandFarField {
   View<FarField> out;               ///< per node
 
   /// Starts from the parent's polynomial and adds the distant balls of the parent's list, chunk by
-  /// chunk. Then adds up the bounds.
+  /// chunk. Then adds up the bounds; the factors 1.0001 allow for rounding.
   template <class Team>
   PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t n) const {
     using V = typename Team::V;

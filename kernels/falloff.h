@@ -30,8 +30,8 @@ struct Points {
   V x, y, z;
 };
 
-/// Bounds of q over a box: no q computed in it is below `near` or above `far`. Where coordinates
-/// overflow, `near` is `base` and `far` may be anything.
+/// Bounds of q over a box: no q computed at a point of the box is below `near` or above `far`.
+/// Where coordinates overflow, `near` is `base` and `far` may be anything.
 template <class V>
 struct QRange {
   V near, far;
@@ -47,12 +47,13 @@ PM_HD inline V furthest(V low, V high) {
   return max(high, -low);
 }
 
-/// The range of u over a box, or of the box's points themselves.
+/// Ranges over a box: of u, or of the points' own coordinates.
 template <class V>
 struct CoordinateRange {
   V low_x, high_x, low_y, high_y, low_z, high_z;
 };
 
+/// Returns the range of q over a box from the range of u.
 template <class V>
 PM_HD inline QRange<V> q_range(const CoordinateRange<V>& u, float base) {
   const V nx = nearest(u.low_x, u.high_x), ny = nearest(u.low_y, u.high_y),
@@ -66,18 +67,18 @@ PM_HD inline QRange<V> q_range(const CoordinateRange<V>& u, float base) {
 /// A round ball as the kernels read it; 32 bytes, one aligned load.
 struct alignas(32) RoundBall {
   float x = 0, y = 0, z = 0;
-  float scale = 1;  ///< u = scale (point - center)
-  float base = 0, limit = 0;
-  float w = 0;              ///< unused in exponential fields
-  float scale_squared = 1;  ///< scale^2
+  float scale = 1;            ///< u = scale (point - center)
+  float base = 0, limit = 0;  ///< q = base + |u|^2; the ball contributes 0 where q > limit
+  float w = 0;                ///< unused if Kind::kExponential
+  float scale_squared = 1;    ///< scale^2
 
   template <class V>
   PM_HD V q(V px, V py, V pz) const {
     const V ux = scale * (px - x), uy = scale * (py - y), uz = scale * (pz - z);
     return fma(ux, ux, fma(uy, uy, fma(uz, uz, broadcast<V>(base))));
   }
-  /// Computes q of N rows of points with the same x and z, whose terms are computed once. Y is
-  /// float if a row has one y, V if each lane has its own.
+  /// Computes q of N rows of points, which share x and z, so that the terms in x and z are computed
+  /// once. Y is float if a row has one y, V if each lane has its own.
   template <class V, class Y, int N>
   PM_HD void q_rows(V px, const Y (&py)[N], float pz, V (&out)[N]) const {
     const V ux = scale * (px - x);
@@ -102,7 +103,7 @@ struct alignas(32) RoundBall {
 };
 
 /// An ellipsoid as the kernels read it. If a set has an ellipsoid, its round balls have this type,
-/// too. The functions are those of RoundBall.
+/// too. Functions are as in RoundBall.
 struct alignas(16) EllipsoidBall {
   float x = 0, y = 0, z = 0;
   float base = 0, limit = 0;
@@ -147,6 +148,7 @@ struct alignas(16) EllipsoidBall {
         base);
   }
 
+  /// Return u along x and along y, for the offset d from the centre; along z it is zz dz.
   template <class V>
   PM_HD V along_x(V dx, V dy, V dz) const {
     return fma(broadcast<V>(xx), dx, fma(broadcast<V>(xy), dy, xz * dz));
@@ -231,14 +233,14 @@ struct Field {
   }
 };
 
-/// Stores M of the matrix scale * shape.
+/// Stores M, the Cholesky factor of the matrix scale * shape, in a ball.
 PM_HD inline void set_matrix(RoundBall& ball, const Sym3&, double scale) {
   ball.scale = static_cast<float>(sqrt(scale));
   ball.scale_squared = static_cast<float>(scale);
 }
 PM_HD inline void set_matrix(EllipsoidBall& ball, const Sym3& shape, double scale) {
   double m[6] = {1, 0, 0, 1, 0, 1};
-  factor(shape, scale, m);
+  factor(shape, scale, m);  // succeeds, because validate.h rejects other shapes
   ball.xx = static_cast<float>(m[0]), ball.xy = static_cast<float>(m[1]);
   ball.xz = static_cast<float>(m[2]), ball.yy = static_cast<float>(m[3]);
   ball.yz = static_cast<float>(m[4]), ball.zz = static_cast<float>(m[5]);

@@ -50,19 +50,20 @@ PM_HD constexpr float far_point(int i) {
   return i == 0 ? -kFarOuter : i == 1 ? -kFarInner : i == 2 ? kFarInner : kFarOuter;
 }
 
-/// The far field of one node; FarField{} is 0.
+/// The far field of one node; FarField{} is 0. Sums are over the distant balls; `near` is the
+/// smallest q of a ball in the node's box.
 struct FarField {
   float value[kFarPoints];        ///< values of the polynomial at the points, x fastest
   float error;                    ///< bound of the polynomial's error anywhere in the box
   float rounding;                 ///< bound of its rounding, far below `error`
   float second_derivative_bound;  ///< sum of 3 |w| / near^2: half a bound of the second derivative
   float size;                     ///< sum of |w| / near
-  float negative_weight_bound;    ///< sum of |w| / near over the node's list where w < 0
+  float negative_weight_bound;  ///< sum of |w| / near over the balls of the node's list with w < 0
 };
 
 /// The box of a polynomial.
 struct FarBox {
-  Vec3 middle, half, inverse;  ///< half the sides, and 1 / half
+  Vec3 middle, half, inverse;  ///< half: half the sides; inverse: 1 / half
 
   FarBox() = default;
   PM_HD FarBox(Vec3 low, Vec3 high)

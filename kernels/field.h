@@ -94,6 +94,7 @@ PM_HD inline Points<V> negated_gradient_at(const Points<V>& p, const typename F:
       batch_q(batch, p, q);
       const V d01 = q[0] * q[1], d23 = q[2] * q[3], inv_product = 1.0f / (d01 * d23);
       const V inv_d01 = d23 * inv_product, inv_d23 = d01 * inv_product;
+      // inverse[i] = 1 / q[i], with one division for the batch.
       const V inverse[kBatch] = {q[1] * inv_d01, q[0] * inv_d01, q[3] * inv_d23, q[2] * inv_d23};
       for (int i = 0; i < kBatch; ++i) {
         const V negated_derivative = batch[i].w * (inverse[i] * inverse[i]);
@@ -119,8 +120,8 @@ template <class F>
 struct BrickField {
   const typename F::Ball* balls = nullptr;
   BallList list;
-  const FarField* far = nullptr;
-  FarBox box = {};
+  const FarField* far = nullptr;  ///< null with finite support
+  FarBox box = {};                ///< the box of `far`; unused with finite support
 
   /// `margin`: Level::margin of the bricks.
   PM_HD BrickField(const Grid& grid, int margin, const Node& brick, const typename F::Ball* all,
@@ -162,9 +163,9 @@ struct PrepareBalls {
   View<typename F::Ball> prepared;
   View<std::uint32_t> all_balls;  ///< 0, 1, 2, ...: the list that holds all balls
   FieldScale scale;
-  Int3 roots;  ///< along each axis
-  View<Node> nodes;
-  View<Counts> sums;
+  Int3 roots;                ///< along each axis
+  View<Node> nodes;          ///< the roots; empty if there is no tree
+  View<Counts> sums;         ///< per root: set to 0 for ClassifyChildren
   View<Offsets> node_count;  ///< nodes and entries of the roots' level
   View<FarField> far;        ///< per root, where support is infinite
 
@@ -186,7 +187,7 @@ struct PrepareBalls {
 };
 
 /// Samples the field at arbitrary points as sums over all balls. An item is as many points as V has
-/// lanes.
+/// lanes; lanes beyond the last point repeat it.
 template <class F, class V>
 struct SamplePoints {
   View<const Vec3> points;

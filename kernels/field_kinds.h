@@ -47,7 +47,7 @@ struct FieldScale {
   float length = 1;      ///< infinite support: a power of two, about the size of the set
 };
 
-/// Constants by which spheres become balls (scene key `field`; docs/method.md, Field).
+/// Constants of from_sphere() (scene keys `field` and `report`; docs/method.md, Field).
 struct BallConstants {
   float blobbiness = 2, blob_constant = 1, magnitude = 1, threshold = 1;
 };
@@ -103,7 +103,7 @@ struct GaussianField : EllipsoidCoordinate {
   static float log_slope(const Ball&, float) { return -1; }
   static float end(const Ball& ball, float level) { return ball.w - log(level); }
   static float surface(const Ball& ball) { return ball.w; }
-  /// The field over the threshold is exp(B (1 - r^2 / R^2)), with B = |blobbiness| and the sphere's
+  /// The field over the threshold is exp(B (1 - r^2 / R^2)), with the blobbiness B and the sphere's
   /// radius R.
   static Ball from_sphere(Vec3 center, float radius, const BallConstants& c) {
     return {center, c.blobbiness / (radius * radius), c.blobbiness};
@@ -145,19 +145,20 @@ struct WyvillField : EllipsoidCoordinate {
   }
   static float log_slope(const Ball&, float q) {
     const float slope = q < 1 ? -(22 - q * (34 - q * 12)) / 9 : 0.0f;
-    return slope / std::max(falloff(q), 1e-12f);
+    return slope / std::max(falloff(q), 1e-12f);  // the bound keeps the quotient finite
   }
   static float end(const Ball&, float) { return 1; }
   static float surface(const Ball& ball) {
     if (!(ball.w > 1)) return 0;
-    float inside = 0, outside = 1;  // bisection, because falloff() decreases
+    // Bisection, because falloff() decreases; 40 steps are more than a float resolves.
+    float inside = 0, outside = 1;
     for (int step = 0; step < 40; ++step) {
       const float middle = (inside + outside) / 2;
       (ball.w * falloff(middle) > 1 ? inside : outside) = middle;
     }
     return inside;
   }
-  /// A ball of w = 2 has the value 1 at half the support's radius, which is the sphere's radius.
+  /// A ball of w = 2 has the value 1 at half its support's radius; this is the sphere's radius.
   static Ball from_sphere(Vec3 center, float radius, const BallConstants& c) {
     return {center, 0.25f / (radius * radius), 2 * c.magnitude / c.threshold};
   }

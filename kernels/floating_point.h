@@ -34,7 +34,7 @@ inline void set_denormal_register(DenormalMode mode) { asm volatile("msr fpcr, %
 #error "How this processor flushes denormals is not written down here."
 #endif
 
-/// Sets the mode in the constructor, and restores the previous mode in the destructor.
+/// Flushes denormals (kFlush) or keeps them, and restores the previous mode in the destructor.
 template <bool kFlush>
 class DenormalGuard {
  public:

@@ -12,7 +12,7 @@ extern "C" void __tsan_release(void* address);
 
 namespace polymorph {
 
-/// Exists while one loop runs. Each chunk of the loop runs through part().
+/// Exists while one loop runs. The loop passes each chunk of its work to part(), which runs it.
 class ForkJoin {
  public:
   ForkJoin() { release(&fork_); }
@@ -36,7 +36,7 @@ class ForkJoin {
   static void acquire(char*) {}
   static void release(char*) {}
 #endif
-  char fork_ = 0, join_ = 0;
+  char fork_ = 0, join_ = 0;  ///< their addresses stand for the loop's begin and end
 };
 
 }  // namespace polymorph

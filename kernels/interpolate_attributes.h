@@ -22,16 +22,18 @@ constexpr float kMinShare = 1e-4f;
 
 /// Writes the interpolated values at kRun neighbouring points. A ball and a point have kMaps
 /// quadruples of values each. One team per run. The points of a run lie in as many boxes as V has
-/// lanes, and each ball is tested against all of them at once.
+/// lanes, and each ball is tested against all of them at once. Where points are missing in the last
+/// run, others are repeated.
 template <class F, class V, int kMaps>
 struct InterpolateAttributes {
   static constexpr int kThreads = 128;
   static constexpr int kBoxes = Lanes<V>::kCount, kPointsPerBox = kBoxes > 1 ? 32 : 128;
   static constexpr int kRun = kBoxes * kPointsPerBox;
-  static constexpr std::uint32_t kMaxNear = 2048;  ///< maximum length of a box's list
+  static constexpr std::uint32_t kMaxNear = 2048;  ///< maximum number of balls in a box's list
   struct Scratch {
     std::uint32_t near[kBoxes * kMaxNear];  ///< lists of ball indices, kMaxNear per box
-    std::uint32_t count[kBoxes];            ///< per box; more than kMaxNear: all balls may matter
+    std::uint32_t
+        count[kBoxes];  ///< per box; kMaxNear + 1: the list is full, so all balls are used
   };
   View<const Vec3> points;
   View<const typename F::Ball> balls;

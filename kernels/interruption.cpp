@@ -7,7 +7,7 @@
 namespace polymorph {
 namespace {
 
-/// Processor time of the process from which on it is interrupted, ns.
+/// Processor time of this process, ns, from which on its computations are interrupted.
 std::atomic<std::int64_t> interruption_time{0};
 static_assert(std::atomic<std::int64_t>::is_always_lock_free, "set in signal handlers");
 

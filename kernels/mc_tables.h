@@ -139,7 +139,7 @@ inline int diagonal_length2(int a, int b) {
 /// squared lengths is smallest. Returns false if there is no such cut; a test shows that all 256
 /// cases have one.
 inline bool triangulate(const int* loop, int n, Triangles& out) {
-  constexpr int kForbidden = 1000000;
+  constexpr int kForbidden = 1000000;  // more than the cost of any permitted cut
   // Dynamic programming: cost[i][j] is the smallest cost of the polygon loop[i], ..., loop[j], and
   // middle[i][j] is the third corner of its triangle on the side from i to j.
   int cost[12][12] = {}, middle[12][12] = {};
@@ -155,6 +155,7 @@ inline bool triangulate(const int* loop, int n, Triangles& out) {
       cost[i][j] += share_face(loop[i], loop[j]) ? kForbidden : diagonal_length2(loop[i], loop[j]);
     }
   }
+  // Collects the triangles of the best cut; the stack holds the polygons that are still to be cut.
   int stack[24][2] = {{0, n - 1}};
   for (int size = 1; size > 0;) {
     --size;
@@ -295,9 +296,9 @@ inline const McTable& mc_table() {
 /// slot 3 x + axis.
 constexpr int kLineSlots = 24;
 
-/// The table as the passes read it. Bit i of a key is corner i. An edge is given by its slot,
-/// relative to the first slot of the cell's lowest corner. Lines of slots are in the order of the
-/// 8 x 8 lines of a brick, y fastest.
+/// The table as the passes read it. Unlike the voxel key, its index has the inside flag of corner i
+/// in bit i. An edge is given by its slot, relative to the first slot of the cell's lowest corner.
+/// Lines of slots are in the order of the 8 x 8 lines of a brick, y fastest.
 struct BrickTable {
   std::uint8_t slots[256][16] = {};
   /// The slots as numbers of 5 bits: 8 times the index of one of the cell's four lines, plus the

@@ -1,10 +1,10 @@
 // Landmarks of a regression: radial basis functions (Gaussians) that are added to its nodes, so
-// that both maps take given points exactly to their goals.
+// that its one or two maps take given points exactly to their goals.
 //
-// X'(x) = X(x) + sum_l phi_l(|x - x_l|) w_l. The weights solve X'(x_k) = goal_k, where the spline
-// of each Gaussian's values at the nodes takes the place of the Gaussian. Landmarks that nearly
-// coincide at some time, for example because their paths cross, cannot all be met; their weights
-// stay finite.
+// A map X becomes X'(x) = X(x) + sum_l phi_l(|x - x_l|) w_l. The weights w_l solve X'(x_k) =
+// goal_k, with each Gaussian phi_l replaced by the spline of its values at the nodes. Landmarks
+// that nearly coincide at some time, for example because their paths cross, cannot all be met;
+// their weights stay finite.
 #pragma once
 
 #include <cmath>
@@ -24,18 +24,19 @@ namespace polymorph {
 
 /// A Gaussian as the kernels read it: 2^(-falloff d^2) times `weight`.
 struct LandmarkTerm {
-  Vec3 place;
+  Vec3 position;
   float falloff = 0;
+  /// Element 4 m + i: for coordinate i of map m; 0 for i = 3, the map's fourth value.
   float weight[kRegressionValues] = {0, 0, 0, 0, 0, 0, 0, 0};
 
   PM_HD float at(Vec3 p) const {
-    const Vec3 d = p - place;
+    const Vec3 d = p - position;
     // The limit keeps the argument in the range of exp2().
     return exp2(max(-falloff * dot(d, d), -120.0f));
   }
 };
 
-/// Adds the terms to the coefficients; one item per node.
+/// Adds the terms to the coefficients of the spline; one item per node of the lattice.
 struct AddLandmarks {
   Grid lattice;
   View<const LandmarkTerm> terms;
@@ -106,7 +107,8 @@ inline void solve_cholesky(const SquareMatrix& factor, std::vector<double>& b) {
 /// longer than about 100 |b|.
 inline void solve_regularized(const SquareMatrix& matrix,
                               std::vector<std::vector<double>>& right_sides) {
-  // Singular values far below kDamping count as 0; the rounds restore the accuracy of the others.
+  // Singular values far below kDamping count as 0; each round makes the solution more accurate for
+  // the larger ones.
   constexpr double kDamping = 0.02;
   constexpr int kRounds = 8;
   const std::size_t n = matrix.n;
@@ -139,19 +141,19 @@ inline void solve_regularized(const SquareMatrix& matrix,
 /// images of the landmarks under the maps without these terms, `regression.maps` per landmark.
 inline std::vector<LandmarkTerm> find_landmark_terms(const Regression& regression,
                                                      const std::vector<AttributeValues>& values) {
-  constexpr float kHalfLog2E = 0.72134752f;
+  constexpr float kHalfLog2E = 0.72134752f;  // exp(-d^2 / (2 s^2)) = 2^(-kHalfLog2E d^2 / s^2)
   const std::size_t count = regression.landmarks.size();
   const auto maps = static_cast<std::size_t>(regression.maps);
   std::vector<LandmarkTerm> terms(count);
   for (std::size_t l = 0; l < count; ++l) {
     const RegressionLandmark& landmark = regression.landmarks[l];
-    terms[l].place = landmark.place;
+    terms[l].position = landmark.place;
     terms[l].falloff = kHalfLog2E / (landmark.deviation * landmark.deviation);
   }
   SquareMatrix matrix(count);
   for (std::size_t k = 0; k < count; ++k)
     for (std::size_t l = 0; l < count; ++l)
-      matrix.at(k, l) = spline_of_term(regression.lattice, terms[l], terms[k].place);
+      matrix.at(k, l) = spline_of_term(regression.lattice, terms[l], terms[k].position);
   std::vector<std::vector<double>> right_sides(3 * maps, std::vector<double>(count));
   for (std::size_t l = 0; l < count; ++l)
     for (std::size_t m = 0; m < maps; ++m) {

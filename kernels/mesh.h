@@ -7,11 +7,12 @@
 
 namespace polymorph {
 
-/// An indexed triangle mesh. Every vertex is shared by the triangles around it; vertex and triangle
-/// order depend only on the grid, never on threads.
+/// An indexed triangle mesh. Triangles share their vertices, except those of
+/// SurfaceMethod::kMatrix. The order of vertices and triangles depends on field and grid, never on
+/// threads.
 struct Mesh {
   std::vector<Vec3> positions;
-  std::vector<Vec3> normals;  ///< unit, outward (-grad field); one per position
+  std::vector<Vec3> normals;  ///< unit, outward, one per position; none with ExtractSettings::flat
   std::vector<Triangle> triangles;
 };
 

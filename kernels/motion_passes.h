@@ -28,17 +28,17 @@ BallSet move_balls(Workspace<B>& work, const std::shared_ptr<const BallPaths>& p
     work.backend.upload(parts, paths->parts.data());
     work.uploaded_paths = paths;
   }
-  const std::vector<PartPose> part_places = part_poses_at(paths->parts, state.eased);
-  const View<PartPose> places = resize(work.places, part_places);
-  work.backend.upload(places, part_places.data());
+  const std::vector<PartPose> host_poses = part_poses_at(paths->parts, state.eased);
+  const View<PartPose> poses = resize(work.poses, host_poses);
+  work.backend.upload(poses, host_poses.data());
   const View<float> eased = resize(work.eased_times, eased_times);
   if (!eased_times.empty()) work.backend.upload(eased, eased_times.data());
   work.uploaded_balls = {};
-  const View<Ball> moved = work.raw_balls.resize(work.backend, ball_paths.size);
-  work.backend.for_each(ball_paths.size, MoveBalls{ball_paths, parts, places, eased, state, moved},
-                        "step");
+  const View<Ball> moved_balls = work.raw_balls.resize(work.backend, ball_paths.size);
+  work.backend.for_each(ball_paths.size,
+                        MoveBalls{ball_paths, parts, poses, eased, state, moved_balls}, "step");
   std::vector<Ball> balls(paths->balls.size());
-  work.backend.download(balls.data(), moved);
+  work.backend.download(balls.data(), moved_balls);
   work.uploaded_balls = BallSet(std::move(balls));
   return work.uploaded_balls;
 }

@@ -1,8 +1,7 @@
 // Portable SIMD arithmetic (float, or 8 or 16 lanes of AVX2 or AVX-512) with bit-identical results
 // on the CPU and on the GPU: only + - * / sqrt, explicit fma and integer operations, each of which
-// IEEE 754 defines exactly. libm is not used, because its exp differs between the two sides.
-// Results do not depend on contraction, which is off in both compilers; only fma() is a fused
-// operation.
+// IEEE 754 defines exactly. libm is not used, because its exp differs between CPU and GPU.
+// Contraction is off in both compilers, so that only fma() rounds a product and a sum once.
 #pragma once
 
 #include <cmath>
@@ -105,7 +104,7 @@ PM_HD inline float select(bool first, float a, float b) { return first ? a : b; 
 PM_HD inline float min(float a, float b) { return a < b ? a : b; }
 PM_HD inline float max(float a, float b) { return a > b ? a : b; }
 
-/// The lanes of a V: their number, broadcasts, loads and stores.
+/// The lanes of a V (float, Pack or WidePack): their number, broadcasts, loads and stores.
 template <class V>
 struct Lanes {
   static constexpr int kCount = 1;
@@ -253,6 +252,7 @@ inline void transpose_columns(const float* from, float* to) {
       quad[2][q] = _mm512_castpd_ps(_mm512_unpacklo_pd(high[0], high[1]));
       quad[3][q] = _mm512_castpd_ps(_mm512_unpackhi_pd(high[0], high[1]));
     }
+    // Each store writes the eight rows of the columns 4 k + c and 4 k + c + 1.
     for (int c = 0; c < 4; c += 2) {
       const __m512 low_quarters = _mm512_shuffle_f32x4(quad[c][0], quad[c][1], 0x44),
                    next_low_quarters = _mm512_shuffle_f32x4(quad[c + 1][0], quad[c + 1][1], 0x44),
@@ -375,7 +375,7 @@ PM_HD inline void store_points(float* to, V x, V y, V z, int count) {
   }
 }
 /// Writes `base` plus the index of each set bit, lowest first, and returns the number of set bits.
-/// `bits` has 24 bits. Any of the next 24 elements may be overwritten.
+/// `bits` is below 2^24. All 24 elements from `to` on may be overwritten.
 template <class V>
 PM_HD inline int write_set_bits(std::uint32_t bits, std::uint32_t base, std::uint32_t* to) {
   int n = 0;
@@ -383,8 +383,8 @@ PM_HD inline int write_set_bits(std::uint32_t bits, std::uint32_t base, std::uin
     to[n++] = base + static_cast<std::uint32_t>(countr_zero(bits));
   return n;
 }
-/// Writes, at the index of each set bit, `base` plus the number of set bits below it. `bits` has 24
-/// bits; the elements at the other bits become undefined.
+/// Writes, at the index of each set bit, `base` plus the number of set bits below it. `bits` is
+/// below 2^24; the elements at the other bits become undefined.
 template <class V>
 PM_HD inline void number_set_bits(std::uint32_t bits, std::uint32_t base, std::uint32_t* to) {
   for (; bits != 0; bits &= bits - 1) to[countr_zero(bits)] = base++;
@@ -393,7 +393,7 @@ PM_HD inline void number_set_bits(std::uint32_t bits, std::uint32_t base, std::u
 template <>
 inline void store_points(float* to, WidePack x, WidePack y, WidePack z, int count) {
   // Lane l of vector k is float 16 k + l: coordinate (16 k + l) % 3 of point (16 k + l) / 3. kXy is
-  // its lane in x (0 to 15) or y (16 to 31), kZ its lane in z.
+  // its lane in x (0 to 15) or y (16 to 31); kZ is its lane in z, where kIsZ has a bit.
   for (int k = 0; k < 3; ++k) {
     alignas(64) static constexpr std::int32_t kXy[3][16] = {
         {0, 16, 0, 1, 17, 0, 2, 18, 0, 3, 19, 0, 4, 20, 0, 5},
@@ -452,6 +452,7 @@ constexpr float kMinExponent = -125.0f;
 /// would take time in the innermost loop. Exact for integers, relative error <= 1.5e-7.
 template <class V>
 PM_HD inline V exp2(V e) {
+  // The low bits of `shifted` are the nearest integer, which the last line adds to p's exponent.
   const V shifted = e + kRoundToInteger;
   const V f = e - (shifted - kRoundToInteger);
   // 2^f on [-1/2, 1/2]: relative error 5e-9 (Chebyshev nodes) with the constant term fixed at 1.
@@ -468,7 +469,7 @@ PM_HD inline V exp2(V e) {
 /// Returns log2(a) of a normal a > 0, with an absolute error <= 2e-7 max(1, |log2 a|).
 template <class V>
 PM_HD inline V log2(V a) {
-  // a = 2^k m with m in [sqrt(1/2), sqrt(2)); 0x3f3504f3 are the bits of sqrt(1/2).
+  // a = 2^(k / 2^23) m with m in [sqrt(1/2), sqrt(2)); sqrt(1/2) has the bits 0x3f3504f3.
   const auto bits = float_bits(a);
   const auto k = (bits - 0x3f3504f3u) & 0xff800000u;
   const V m = float_from_bits(bits - k);

@@ -1,15 +1,15 @@
 // Sparse octree-like tree (branching 4^3) that culls balls: it finds the bricks of cells that the
 // surface can cross, each with its list of balls.
 //
-// The tree covers the cells of the grid and a rim of cells beyond each border. The rim's outer
-// points count as outside, so that the surface is closed where the border cuts it. Lattice point e
-// is grid point e - 1; e = 0 and e = points + 1 are on the rim.
+// The tree covers the lattice: the grid and a rim, one more layer of cells beyond each border. The
+// rim's outer points count as outside, so that the surface is closed where the border cuts it.
+// Along each axis, lattice point e is grid point e - 1; e = 0 and e = points + 1 are on the rim.
 //
 // Nodes of level 0 are bricks of 7^3 cells with 8^3 points. A node of level l has 4^3 children of
 // level l - 1. The lists of the roots hold all balls. A node keeps those balls of its parent that
 // reach it, in the same order, so that no sort is needed, only counting, a scan and filling. With
 // infinite support, a ball reaches a node if it is not distant (far_field.h). A child is dropped if
-// the field cannot cross iso in it. The nodes of a level are ordered as their parents are. A parent
+// the field cannot cross iso in it. Nodes of a level are in the order of their parents. A parent
 // stores its kept children as 64 bits and the index of the first one, so that a brick is found from
 // its position.
 //
@@ -42,7 +42,7 @@ constexpr int kMaxLevels = 12;
 struct Level {
   Int3 nodes;
   int cells = kBrickCells;
-  int margin = 0;  ///< cells around a node on whose points its values depend
+  int margin = 0;  ///< a node's values depend on points up to this many cells outside it
   /// Constants for infinite support, where q.near is the minimum of a ball's q in a node: near
   /// balls have q.near^3 <= reach |w|, distant ones an error of at most truncation |w| / q.near^3
   /// (far_field.h).
@@ -84,6 +84,7 @@ PM_HD inline Int3 child_position(Int3 parent, int child) {
           parent.y * kBranching + child / kBranching % kBranching,
           parent.z * kBranching + child / kBranching / kBranching};
 }
+/// Returns the number of the child at `at` among its parent's children.
 PM_HD inline int child_number(Int3 at) {
   return at.x % kBranching + kBranching * (at.y % kBranching + kBranching * (at.z % kBranching));
 }
@@ -95,10 +96,10 @@ struct NodeBox {
   bool has_rim = false;
 };
 
-/// Returns the box of the points on which a node's values depend: the node and `margin` cells
-/// around it. It is at least one cell wide, so that a polynomial is defined.
-PM_HD inline NodeBox node_box(const Grid& grid, int cells, int margin, Int3 p) {
-  const Int3 first = {p.x * cells - 1, p.y * cells - 1, p.z * cells - 1};
+/// Returns the box of the points on which the values of the node at `at` depend: the node and
+/// `margin` cells around it. It is at least one cell wide, so that a polynomial is defined.
+PM_HD inline NodeBox node_box(const Grid& grid, int cells, int margin, Int3 at) {
+  const Int3 first = {at.x * cells - 1, at.y * cells - 1, at.z * cells - 1};
   const Int3 last = {first.x + cells, first.y + cells, first.z + cells};
   const Int3 n = grid.points;
   Int3 low = {first.x < 0 ? 0 : first.x, first.y < 0 ? 0 : first.y, first.z < 0 ? 0 : first.z};
@@ -113,8 +114,8 @@ PM_HD inline NodeBox node_box(const Grid& grid, int cells, int margin, Int3 p) {
   box.low = grid_point(grid, {low.x - margin, low.y - margin, low.z - margin});
   return box;
 }
-PM_HD inline FarBox far_box(const Grid& grid, int cells, int margin, Int3 p) {
-  const NodeBox box = node_box(grid, cells, margin, p);
+PM_HD inline FarBox far_box(const Grid& grid, int cells, int margin, Int3 at) {
+  const NodeBox box = node_box(grid, cells, margin, at);
   return {box.low, box.high};
 }
 
@@ -215,7 +216,8 @@ struct GradientBounds {
 };
 
 /// Finds the children of a node that the surface can cross, and counts the balls that reach each.
-/// Team::kParts teams share a node: near the roots there are few nodes, and each has a long list.
+/// Team::kParts teams (backend_engine.h) share a node: near the roots there are few nodes, and each
+/// has a long list.
 template <class F>
 struct ClassifyChildren {
   static constexpr int kThreads = 512;
@@ -241,16 +243,16 @@ struct ClassifyChildren {
       const int first = begin + g * Lanes<V>::kCount;
       const ChildBoxes<V> boxes(grid, level, parent.at, first);
       std::uint32_t keep = 0;
-      V reached = broadcast<V>(0.0f);
-      if (boxes.exist != 0) keep = classify<V>(team, p, boxes, reached);
+      V ball_counts = broadcast<V>(0.0f);
+      if (boxes.exist != 0) keep = classify<V>(team, p, boxes, ball_counts);
       if (!team.leads_group()) return;
       alignas(32) float count[Lanes<V>::kCount];
-      Lanes<V>::store(count, reached);
+      Lanes<V>::store(count, ball_counts);
       std::uint32_t sum = 0;
       for (int l = 0; l < Lanes<V>::kCount; ++l) {
-        const std::uint32_t balls_kept = keep >> l & 1u ? static_cast<std::uint32_t>(count[l]) : 0;
-        child_entries[p * kChildren + first + l] = balls_kept + (keep >> l & 1u);
-        sum += balls_kept;
+        const std::uint32_t ball_count = keep >> l & 1u ? static_cast<std::uint32_t>(count[l]) : 0;
+        child_entries[p * kChildren + first + l] = ball_count + (keep >> l & 1u);
+        sum += ball_count;
       }
       if (keep == 0) return;
       team.add(parents[p].children, std::uint64_t{keep} << first);
@@ -265,7 +267,7 @@ struct ClassifyChildren {
   /// opposite sides cancel.
   template <class V, class Team>
   PM_HD std::uint32_t classify(const Team& team, std::int64_t p, const ChildBoxes<V>& boxes,
-                               V& reached) const {
+                               V& ball_counts) const {
     const Node parent = parents[p];
     V lower = broadcast<V>(0.0f), upper = lower, magnitude = lower, count = lower;
     GradientBounds<V> gradient_bounds(boxes.range);
@@ -281,7 +283,7 @@ struct ClassifyChildren {
       if constexpr (!F::kCompactSupport) gradient_bounds.add(ball, q.near, at_near, at_far);
     }
     lower = team.group_sum(lower), upper = team.group_sum(upper);
-    magnitude = team.group_sum(magnitude), reached = team.group_sum(count);
+    magnitude = team.group_sum(magnitude), ball_counts = team.group_sum(count);
     // A computed sum can exceed its computed bound by the rounding errors of both, and by twice the
     // error of exp2().
     auto term_count = static_cast<float>(parent.count);
@@ -352,9 +354,9 @@ struct FillChildren {
     });
     team.each_group(kChildrenPerTeam / Lanes<V>::kCount, [&](int g) {
       const int base = begin + g * Lanes<V>::kCount;
-      const auto kept =
+      const auto kept_children =
           static_cast<std::uint32_t>(parent.children >> base & bits_below(Lanes<V>::kCount));
-      if (kept == 0) return;
+      if (kept_children == 0) return;
       const ChildBoxes<V> boxes(grid, level, parent.at, base);
       std::int64_t cursor[Lanes<V>::kCount];
       for (int l = 0; l < Lanes<V>::kCount; ++l) cursor[l] = start.second + scratch.begin[base + l];
@@ -368,12 +370,12 @@ struct FillChildren {
         }
         for (std::uint32_t k = 0; k < kAhead; ++k) {
           const std::uint32_t j = j0 + k * team.kGroup + team.group_rank();
-          const std::uint32_t reached =
+          const std::uint32_t reached_children =
               j < parent.count
-                  ? kept &
+                  ? kept_children &
                         Lanes<V>::bits(F::reaches(ball[k], ball[k].range(boxes.range), level.reach))
                   : 0;
-          team.append(reached, cursor, [&](std::int64_t slot) {
+          team.append(reached_children, cursor, [&](std::int64_t slot) {
             if (slot < node_entries.size) node_entries[slot] = index[k];
           });
         }

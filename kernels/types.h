@@ -71,7 +71,7 @@ enum class SurfaceMethod : std::uint8_t {
 
 /// Position of a vertex on a crossed edge.
 enum class Placement : std::uint8_t {
-  kRoot,      ///< root of field = iso
+  kRoot,      ///< the point of the edge at which the field is iso
   kMidpoint,  ///< the edge's middle: the report's marching cubes
 };
 
@@ -93,8 +93,8 @@ PM_HD constexpr float determinant(const Sym3& s) {
          s.xz * (s.xy * s.yz - s.yy * s.xz);
 }
 
-/// A field source. The field is divided by the scene's threshold, so the surface is always at
-/// field = 1, and inside is field > 1.
+/// A field source. The field is divided by the scene's threshold, so that the surface is at field =
+/// 1 (or at ExtractSettings::iso); inside, the field is larger.
 ///   kGaussian:      contributes exp(w - a d^T shape d), d the offset from the centre; the
 ///                   surface of a single round ball is at r = sqrt(w / a).
 ///   kWyvill:        contributes w (1 - q)^2 (1 - 4/9 q), q = a d^T shape d, and 0 for q >= 1; a
@@ -103,8 +103,8 @@ PM_HD constexpr float determinant(const Sym3& s) {
 ///                   and `shape` are unused.
 struct Ball {
   Vec3 center;
-  float a = 1;  ///< 1 / length^2, > 0; the geometric mean over the three axes
-  float w = 0;
+  float a = 1;  ///< 1 / length^2, > 0; for an ellipsoid the geometric mean of its axes' values
+  float w = 0;  ///< strength, as above; w < 0 lowers the field, except of kGaussian
   /// Positive definite, determinant 1: the identity is a round ball, anything else an ellipsoid of
   /// the same volume.
   Sym3 shape{};
@@ -115,8 +115,8 @@ PM_HD constexpr bool is_round(const Ball& ball) { return ball.shape == Sym3{}; }
 /// x + points.x (y + points.y z). Cells are cubes.
 struct Grid {
   Vec3 origin;
-  float cell = 1;
-  Int3 points;  ///< >= 2 along each axis
+  float cell = 1;  ///< edge of a cell, > 0
+  Int3 points;     ///< >= 2 along each axis
 };
 
 /// Position of a grid point: one multiplication and one addition, each rounded, on every backend.

@@ -35,7 +35,7 @@ inline EngineStatus bad_input(std::string message) {
   return {EngineCode::kBadInput, std::move(message)};
 }
 
-/// Throws if `bytes` exceed the limit; 0: no limit.
+/// Throws if `bytes` exceed `limit`, unless that is 0.
 inline void check_memory(std::size_t bytes, std::size_t limit) {
   if (limit == 0 || bytes <= limit) return;
   const auto mega = [](std::size_t b) { return std::to_string((b + 999999) / 1000000) + " MB"; };
@@ -99,7 +99,7 @@ inline EngineStatus check_refine_steps(const ExtractSettings& settings) {
                    " (must lie in 0..4), use 1");
 }
 
-/// Checks the input of a surface of distances, without the grid.
+/// Checks the input of a surface of distances, except the grid on which it is extracted.
 inline EngineStatus check_distance_surface(const DistanceGrid* object,
                                            const ExtractSettings& settings) {
   if (!object) return bad_input("a surface of distances needs a distance field");
@@ -111,7 +111,7 @@ inline EngineStatus check_distance_surface(const DistanceGrid* object,
   return status.code == EngineCode::kOk ? check_refine_steps(settings) : status;
 }
 
-/// Checks the input of a surface between two objects, without the grid.
+/// Checks the input of a surface between two objects, except the grid on which it is extracted.
 inline EngineStatus check_morph_surface(const MorphSurface& surface,
                                         const ExtractSettings& settings) {
   if (!surface.map || !surface.from || !surface.to) {
@@ -217,8 +217,8 @@ inline EngineStatus check_grid(const Grid& grid) {
   for (float a : {grid.origin.x, grid.origin.y, grid.origin.z, last.x, last.y, last.z}) {
     extent = std::max(extent, std::fabs(a));
   }
-  // 2^-23 is the spacing of floats at 1. With fewer than 16 floats per cell the surface would show
-  // steps.
+  // At coordinate x, floats are at most 2^-23 x apart. With fewer than 16 floats per cell the
+  // surface would show steps.
   if (!(extent * 0x1p-23f * 16 < grid.cell)) {
     return bad_input(
         "the grid's cells of " + std::to_string(grid.cell) + " are too small at a distance of " +

@@ -80,7 +80,7 @@ template <class F>
 struct BallVertexField {
   BrickField<F> field;
   BallList all_balls;
-  float iso = 1, floor = 0;  ///< those of BallVertices
+  float iso = 1, floor = 0;  ///< the members of BallVertices
   bool exact = true;         ///< whether exact sums may place vertices
 
   template <class V>
@@ -158,10 +158,10 @@ struct PlaceVertices {
   Source source;
   std::int64_t begin = 0;  ///< the brick of item 0
   View<const Node> bricks;
-  View<const float> values;  ///< per item
-  View<const std::uint32_t> rows;
-  View<const Counts> counts;
-  View<const Offsets> first;
+  View<const float> values;        ///< kBrickValues per item
+  View<const std::uint32_t> rows;  ///< packed_row() of each row
+  View<const Counts> counts;       ///< per brick: vertices, triangles
+  View<const Offsets> first;       ///< per brick: its first vertex and triangle
   View<Vec3> positions;
   View<Vec3> normals;
 
@@ -203,11 +203,11 @@ struct PlaceVertices {
     Edges<V> out;
     out.axis = bit - 3u * x;
     const auto along_x = out.axis == 0u, along_y = out.axis == 1u, along_z = out.axis == 2u;
-    const auto corner = [](int at) { return static_cast<float>(at * kBrickCells - 1); };
+    const auto first_point = [](int at) { return static_cast<float>(at * kBrickCells - 1); };
     // The lower end in cells from the grid's origin.
-    const Points<V> lower_end = {signed_to_float(x) + corner(brick.x),
-                                 signed_to_float(line % kBrickPoints) + corner(brick.y),
-                                 signed_to_float(line / kBrickPoints) + corner(brick.z)};
+    const Points<V> lower_end = {signed_to_float(x) + first_point(brick.x),
+                                 signed_to_float(line % kBrickPoints) + first_point(brick.y),
+                                 signed_to_float(line / kBrickPoints) + first_point(brick.z)};
     // The arithmetic is that of grid_point(), for equal bits.
     out.from = {grid.origin.x + grid.cell * lower_end.x, grid.origin.y + grid.cell * lower_end.y,
                 grid.origin.z + grid.cell * lower_end.z};
@@ -226,11 +226,13 @@ struct PlaceVertices {
     const auto above =
         low == select_axis(last(grid.points.x), last(grid.points.y), last(grid.points.z));
     const V margin = broadcast<V>(kEdgeMargin), far_margin = broadcast<V>(1 - kEdgeMargin);
+    // A vertex on a cut edge lies kEdgeMargin of a cell beyond the border of the grid.
     out.cut = below | above;
     out.low = select(below, far_margin, margin);
     out.high = select(above, margin, far_margin);
     const Bits point = x + static_cast<std::uint32_t>(kBrickPoints) * line;
     out.value0 = gather(value, point);
+    // The next point along the axis is 8^axis values on.
     out.value1 = gather(value, point + ((Bits{} + 1u) << (3u * out.axis)));
     return out;
   }
@@ -245,7 +247,7 @@ struct PlaceVertices {
   /// Writes position and normal of the vertices on `count` edges, from index `to` on.
   template <class V, class Field>
   PM_HD void place(const Edges<V>& edges, const Field& field, std::int64_t to, int count) const {
-    V t = midpoint ? broadcast<V>(0.5f) : find_root<V>(edges, field, 0);
+    V t = midpoint ? broadcast<V>(0.5f) : find_root<V>(edges, field, /*flat=*/0);
     Points<V> at = along(edges, t), outward = field.negated_gradient(at);
     const std::uint32_t flat = field.template flat_lanes<V>(edges, outward);
     if (flat != 0) {
@@ -254,13 +256,13 @@ struct PlaceVertices {
     }
     const V length2 = fma(outward.z, outward.z, fma(outward.y, outward.y, outward.x * outward.x));
     const V length = sqrt(length2);
-    // The normal is the edge's direction on the flat cut at the border, and where the field has no
-    // slope.
-    const auto sloped = (length2 > 1e-30f) & (length2 < 1e30f);
+    // The normal is the edge's direction on the flat cut at the border, and where the gradient is
+    // too short or too long to be normalized.
+    const auto has_slope = (length2 > 1e-30f) & (length2 < 1e30f);
     const V unit = broadcast<V>(1.0f), sign = select(edges.value0 > iso, unit, -unit);
     const auto normal = [&](V component, std::uint32_t axis) {
       const V edge_normal = zero_unless(edges.axis == axis, sign);
-      return select(edges.cut, edge_normal, select(sloped, component / length, edge_normal));
+      return select(edges.cut, edge_normal, select(has_slope, component / length, edge_normal));
     };
     store_points<V>(&positions[to].x, at.x, at.y, at.z, count);
     store_points<V>(&normals[to].x, normal(outward.x, 0), normal(outward.y, 1),
@@ -283,9 +285,10 @@ struct PlaceVertices {
       const V value = field.exact_where(flat, field.value(at), at);
       const V g = field.height(value);
       // The estimate replaces the end of the bracket that is on the same side of iso.
-      const auto lower = (value > iso) == (value0 > iso);
-      b = {select(lower, t, b.t0), select(lower, g, b.g0),    select(lower, b.t1, t),
-           select(lower, b.g1, g), select(lower, b.t0, b.t1), select(lower, b.g0, b.g1)};
+      const auto replaces_0 = (value > iso) == (value0 > iso);
+      b = {select(replaces_0, t, b.t0),    select(replaces_0, g, b.g0),
+           select(replaces_0, b.t1, t),    select(replaces_0, b.g1, g),
+           select(replaces_0, b.t0, b.t1), select(replaces_0, b.g0, b.g1)};
       // Below kCloseEnough, differences between the points would be rounding noise.
       const auto converged = (g < kCloseEnough) & (-g < kCloseEnough);
       t = select(converged, t, min(max(b.parabola_root(), low), high));

@@ -37,7 +37,7 @@ struct Workspace {
   // Moving balls (ball_paths.h).
   Buffer<BallPath> paths;
   Buffer<PathPart> parts;
-  Buffer<PartPose> places;
+  Buffer<PartPose> poses;
   Buffer<float> eased_times;
   std::shared_ptr<const BallPaths> uploaded_paths;  ///< contents of `paths` and `parts`
 
@@ -59,7 +59,7 @@ struct Workspace {
   Buffer<float> lattice_nodes;
   std::shared_ptr<const Regression> uploaded_regression;  ///< contents of lattice_nodes
   Buffer<Strain> strain;
-  Buffer<Offsets> regress_count;
+  Buffer<Offsets> regress_count;  ///< one element: the number of teams, for for_teams()
   Buffer<Vec3> landmark_positions;
   Buffer<AttributeValues> landmark_values;
   Buffer<LandmarkTerm> landmark_terms;

@@ -47,7 +47,7 @@ MemoryMesh to_memory_mesh(const Rows<3>& vertices, const Indices& corners, const
 nanobind::object to_color_array(const Image& image, bool bytes, float stops);
 
 /// Balls whose field is 1 at the surface. `levels`: for each ball, the field at the surface before
-/// rescaling.
+/// rescale_balls() (field/level.h).
 struct LeveledBalls {
   std::vector<Ball> balls;
   std::vector<float> levels;
@@ -55,6 +55,7 @@ struct LeveledBalls {
 std::vector<Ball> to_balls(const Rows<3>& centers, const Column& a, const Column& w,
                            const Rows<9>& shapes);
 
+/// Return the arguments of Balls, Mesh and Plan (polymorph/_records.py).
 nanobind::dict to_dict(const LeveledBalls& balls, FieldKind kind);
 nanobind::dict to_dict(const Mesh& mesh);
 nanobind::dict to_dict(const MorphPlan& plan);

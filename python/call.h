@@ -32,7 +32,8 @@ inline void check(Status status) {
 /// exception of a signal handler or of `progress` interrupts the work and is rethrown.
 void run_call(const nanobind::object& progress, const std::function<void()>& work);
 
-/// Holds a lock for its lifetime. Interrupted is thrown if work is interrupted while it waits.
+/// Holds a lock for its lifetime. The constructor waits for the lock; it throws Interrupted if an
+/// interruption is requested meanwhile.
 class InterruptibleLock {
  public:
   explicit InterruptibleLock(std::timed_mutex& mutex);

@@ -56,7 +56,8 @@ nb::dict approximate_source(const std::string& text, const std::string& cache,
                             const nb::object& progress) {
   Approximation approximation;
   run_call(progress, [&] {
-    const Scene scene = take_scene(take(read_scene_text("settings", text)), "settings", false);
+    const Scene scene =
+        take_scene(take(read_scene_text("settings", text)), "settings", /*is_file=*/false);
     const ObjectSettings& object = *chain_objects(scene.actors.front()).front();
     const Activity activity("fitting balls to " + object.name);
     const Model model = object.shape.empty() ? take(load_model(object.model)).model
@@ -79,11 +80,11 @@ nb::object evaluate_field(const Rows<3>& centers, const Column& a, const Column&
   const BallSet balls(to_balls(centers, a, w, shapes));
   const std::vector<Vec3> positions = to_points(points);
   ExtractSettings settings;
-  const auto* found = std::find_if(std::begin(kFieldKinds), std::end(kFieldKinds),
-                                   [&](FieldKind k) { return field_name(k) == kind; });
-  if (found == std::end(kFieldKinds))
+  const auto* named_kind = std::find_if(std::begin(kFieldKinds), std::end(kFieldKinds),
+                                        [&](FieldKind k) { return field_name(k) == kind; });
+  if (named_kind == std::end(kFieldKinds))
     throw PythonError{make_error(ErrorCode::kUsage, "no field is called \"{}\"", kind)};
-  settings.field = *found;
+  settings.field = *named_kind;
   std::vector<float> values;
   run_call(nb::none(), [&] {
     check(to_status(make_cpu_engine()->sample(balls, positions, settings, values)));
@@ -107,7 +108,7 @@ class PythonModels {
   MemoryModels models_;
 };
 
-/// Shows as an activity which of several surfaces is being measured.
+/// Shows as an activity (base/activity.h) which of several surfaces is being measured.
 class MeasuringActivity {
  public:
   void show(int done, int count) {
@@ -126,10 +127,10 @@ std::string analyze_sequence(const std::string& meshes, const std::string& sourc
   std::string report;
   run_call(progress, [&] {
     MeasuringActivity activity;
-    const MeshMorph morph{take(parse_file_pattern(meshes)), source, target, {}};
+    const MeshMorph morph{take(parse_file_pattern(meshes)), source, target, /*truth=*/{}};
     report = dump_json(analysis_json(take(analyze_meshes(morph, [&](int done, int count) {
       activity.show(done, count);
-      return true;
+      return true;  // continues
     }))));
   });
   return report;
@@ -151,7 +152,7 @@ class PythonScene {
                                           : read_scene_text(path, text, override_list));
       const Scene scene = take_scene(std::move(reading), path, is_file);
       engine_ = take(make_engine(device, device_));
-      prepared_ = take(prepare_scene(scene, *engine_, cache, {memory_limit(), 0}));
+      prepared_ = take(prepare_scene(scene, *engine_, cache, {memory_limit(), /*pictures=*/0}));
     });
   }
 
@@ -174,7 +175,7 @@ class PythonScene {
     return to_dict(rescaled, kind);
   }
 
-  /// `frame` may lie between two frames.
+  /// Returns the mesh of all actors. `frame` may lie between two frames.
   nb::dict mesh(double frame, const nb::object& progress) {
     Mesh mesh;
     call(progress, [&] {
@@ -206,7 +207,7 @@ class PythonScene {
             make_error(ErrorCode::kUsage, "actor {}: is a mesh sequence, without field", actor)};
       const MorphState state =
           morph_state_at(prepared_actor.timeline, shown_frame(prepared_.scene, frame));
-      if (prepared_actor.space) {
+      if (prepared_actor.space) {  // the actor mixes three objects or more
         const Mixture mixture = take(mix_objects(*prepared_actor.space, state.weights));
         const WeightedSurface mixed_surface = take(weighted_surface(mixture, *engine_));
         values = take(weighted_field(mixture, mixed_surface, positions, *engine_));
@@ -244,8 +245,8 @@ class PythonScene {
       check(check_has_no_mesh_sequence(prepared_));
       Scene scene = prepared_.scene;
       scene.surface.resolution = std::min(scene.surface.resolution, kPlayResolution);
-      const PreparedScene prepared = take(
-          prepare_scene(scene, *engine_, cache_, {memory_limit(), 0}, Fits::kMake, Sharing::kNone));
+      const PreparedScene prepared = take(prepare_scene(
+          scene, *engine_, cache_, {memory_limit(), /*pictures=*/0}, Fits::kMake, Sharing::kNone));
       page_ = encode_play_page(take(make_play_page(prepared, *engine_)));
     });
     return page_;
@@ -259,7 +260,7 @@ class PythonScene {
       report = dump_json(
           analysis_json(take(analyze_scene(prepared_, *engine_, frames, [&](int done, int count) {
             activity.show(done, count);
-            return true;
+            return true;  // continues
           }))));
     });
     return report;
@@ -303,7 +304,7 @@ class PythonScene {
 
   Image render(int frame) {
     check_frame(frame);
-    check(check_picture_memory(prepared_.scene.image, 1, memory_limit()));
+    check(check_picture_memory(prepared_.scene.image, /*pictures=*/1, memory_limit()));
     const FrameGeometry surfaces = geometry(frame);
     const Activity activity(fmt::format("rendering frame {}", frame));
     if (!renderer_)

@@ -61,7 +61,10 @@ def approximate(model, *, cache=None, progress: Progress = None, **settings) -> 
 
 
 class Scene:
-    """A scene, loaded and prepared: models read, balls fitted, legs planned. This takes seconds, or less with a cache."""
+    """A scene, loaded and prepared: models read, balls fitted, legs (morphs from one object to the next) planned.
+
+    This takes seconds, or less with a cache.
+    """
 
     def __init__(self, scene, *, set: Optional[dict] = None, device: str = "auto", cache=None, progress: Progress = None):
         """scene: the path of a scene file, or its JSON as a dict, whose paths are relative to the current folder. A model of a
@@ -120,7 +123,7 @@ class Scene:
         """Evaluates the field that is 0 on the surface of a frame, at points, (m, 3) in scene units: (m,) float32.
 
         It is positive inside. With motion.interpolate "distance", it mixes the signed distances to both objects, in scene units;
-        large distances are compressed. With "balls" it is the field of the balls divided by its level, minus 1.
+        large distances are compressed. With "balls" it is the field of the balls divided by its value at the surface, minus 1.
         The field includes small components and superfluous handles, which the mesh leaves out. In a frame that shows a model,
         it is the field at that end of the leg. Raises Error: no such frame or actor; points with NaN.
         """
@@ -183,9 +186,9 @@ class Scene:
         """Measures the quality of each leg as `polymorph analyze` does.
 
         frames: number of evenly spaced times, 2 or more; 0: as many as the leg has frames.
-        Returns a dict per leg: "actor", "from", "to"; "metrics": {name: {"value", "goal", "principle", "what"}}, value None if
-        it cannot be measured; "frames": {name of a measure: array (frames,)}, of numbers, NaN where it cannot be measured,
-        or of strings for the surfaces' digests.
+        Returns a dict per leg: "actor", "from", "to"; "metrics": {name: {"value", "goal", "principle", "what"}}: the value
+        (None if it cannot be measured) and, as texts, its goal, its principle and its definition; "frames": {name of a measure:
+        array (frames,)}, of numbers, NaN where it cannot be measured, or of strings for the surfaces' digests.
         """
         try:
             frames = _operator.index(frames)

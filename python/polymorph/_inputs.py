@@ -64,6 +64,7 @@ def to_polygons(values, vertex_count):
 
 
 def _ragged_polygons(rows, vertex_count):
+    """Converts a list of polygons with different numbers of corners, as to_polygons() does."""
     polygons = []
     for i, row in enumerate(rows):
         polygon = _array(row, f"faces[{i}]", (-1,), "iu", "integers")
@@ -88,6 +89,7 @@ def to_colors(values, vertex_count):
 
 
 def _check_corners(array, name, vertex_count):
+    """Raises Error unless each number is the index of a vertex."""
     wrong = (array < 0) | (array >= vertex_count)
     if wrong.any():
         index = ", ".join(str(int(i)) for i in numpy.argwhere(wrong)[0])

@@ -1,4 +1,4 @@
-// Measured values, and boxes to measure.
+// Helpers of the tests of analyze/: values of metrics, box meshes.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 
 namespace polymorph {
 
-/// The value of a metric; a failed expectation and NaN where it was not measured.
+/// Returns the value of a metric. If it was not measured, fails the test and returns NaN.
 inline double value(const Analysis& analysis, const char* name) {
   const Metric* metric = analysis.find(name);
   EXPECT_TRUE(metric && metric->value) << name;

@@ -1,5 +1,5 @@
 // Test fixture for every backend: a test written against SurfaceTest runs on the CPU and on a CUDA
-// device.
+// device. Balls and grids for such tests.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -29,7 +29,8 @@ inline std::unique_ptr<Engine> make_engine(Backend backend, EngineStatus& status
   return backend == Backend::kCpu ? make_cpu_engine() : make_cuda_engine(0, status);
 }
 
-/// Skips the test that calls it where no CUDA device answers; fails it where one is required.
+/// Skips the calling test if `engine` is null, for the reason in `status`; fails it if a CUDA
+/// device is required.
 #define PM_SKIP_WITHOUT(engine, status)                                      \
   if ((engine) == nullptr) {                                                 \
     if (cuda_required()) FAIL() << "cuda is required: " << (status).message; \
@@ -73,19 +74,19 @@ inline std::string backend_name(const testing::TestParamInfo<Backend>& info) {
 
 constexpr float kBlobbiness = 4.0f;
 
-/// A Gaussian ball whose surface, alone, is at `radius`.
+/// Returns a Gaussian ball whose surface, if it is the only ball, has this radius.
 inline Ball gaussian_ball(Vec3 center, float radius) {
   return {center, kBlobbiness / (radius * radius), kBlobbiness};
 }
 
-/// A cubic grid of `points` along each axis over [-half, half]^3 around `center`.
+/// Returns the grid of `points`^3 points over the cube with this centre and edges of 2 `half`.
 inline Grid cube_grid(int points, float half, Vec3 center = {}) {
   return {center - Vec3{half, half, half},
           2 * half / static_cast<float>(points - 1),
           {points, points, points}};
 }
 
-/// `count` balls of either field within [-1, 1]^3; the same for the same seed.
+/// Returns `count` balls with centres in [-1, 1]^3, the same for the same seed.
 inline std::vector<Ball> random_balls(int count, FieldKind field, unsigned seed) {
   std::mt19937 random(seed);
   const auto unit = [&random] { return static_cast<float>(random() >> 8) * 0x1p-24f; };
@@ -104,13 +105,14 @@ inline std::vector<Ball> random_balls(int count, FieldKind field, unsigned seed)
   return balls;
 }
 
-/// Every third ball takes away what it would add.
+/// Negates the weight of every third ball, so that it lowers the field.
 inline std::vector<Ball> with_holes(std::vector<Ball> balls) {
   for (std::size_t i = 2; i < balls.size(); i += 3) balls[i].w = -balls[i].w;
   return balls;
 }
 
-/// The matrix with eigenvalues 1 / axes^2 along turned axes, determinant 1.
+/// Returns Ball::shape of an ellipsoid whose half axes have these ratios, rotated about x and then
+/// about z, radians.
 inline Sym3 shape_of(Vec3 axes, double turn_z, double turn_x) {
   const double cz = std::cos(turn_z), sz = std::sin(turn_z);
   const double cx = std::cos(turn_x), sx = std::sin(turn_x);
@@ -127,7 +129,8 @@ inline Sym3 shape_of(Vec3 axes, double turn_z, double turn_x) {
   return {entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(0, 2), entry(1, 2)};
 }
 
-/// The balls as ellipsoids with axes up to 4 : 1 in random directions; every fifth stays round.
+/// Returns the balls as ellipsoids in random directions, whose axes differ by a factor of up to 4;
+/// every fifth ball stays round.
 inline std::vector<Ball> squeezed(std::vector<Ball> balls, unsigned seed) {
   std::mt19937 random(seed + 1000);
   const auto unit = [&random] { return static_cast<float>(random() >> 8) * 0x1p-24f; };

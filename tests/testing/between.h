@@ -13,7 +13,7 @@
 
 namespace polymorph {
 
-/// Distances to the surface of `distance` (positive inside), on `points`^3 points over [-2, 2]^3.
+/// Returns the distances `distance(p)`, positive inside, on `points`^3 points over [-2, 2]^3.
 template <class Function>
 std::shared_ptr<const DistanceGrid> distances_of(int points, const Function& distance) {
   auto out = std::make_shared<DistanceGrid>();
@@ -22,7 +22,7 @@ std::shared_ptr<const DistanceGrid> distances_of(int points, const Function& dis
     for (int y = 0; y < points; ++y)
       for (int x = 0; x < points; ++x)
         out->values.push_back(distance(grid_point(out->grid, {x, y, z})));
-  out->lipschitz = 1.8f;
+  out->lipschitz = 1.8f;  // at least sqrt(3), for trilinear interpolation
   return out;
 }
 inline std::shared_ptr<const DistanceGrid> sphere_distances(float radius, Vec3 center = {}) {
@@ -35,14 +35,15 @@ inline std::shared_ptr<const DistanceGrid> torus_distances(float large, float sm
   });
 }
 
+/// Returns a lattice over [-2, 2]^3 and two nodes more on each side.
 inline Grid test_lattice(float spacing = 0.25f) {
   const int nodes = static_cast<int>(std::ceil(4.0f / spacing)) + 5;
   const float low = -2 - 2 * spacing;
   return {{low, low, low}, spacing, {nodes, nodes, nodes}};
 }
 
-/// Two maps of `count` samples at random, each `stir` away from the identity; half of them with
-/// slopes.
+/// Returns two maps of `count` random samples, up to `stir` away from the identity in each
+/// coordinate; with slopes, if `sloped`. The progress is 0.2 to 0.8, the level's weight 0.4 to 1.
 inline std::shared_ptr<const Regression> random_map(int count, float stir, unsigned seed,
                                                     bool sloped = false) {
   std::mt19937 random(seed);
@@ -54,19 +55,20 @@ inline std::shared_ptr<const Regression> random_map(int count, float stir, unsig
   for (int i = 0; i < count; ++i) {
     map->samples.push_back({{unit(), unit(), unit()}, 1.5f + unit(), 0.3f + 0.1f * unit()});
     for (int m = 0; m < 2; ++m) {
-      BallAttribute carried;
+      BallAttribute attribute;
       for (int k = 0; k < 3; ++k) {
-        carried.value[k] = stir * unit();
-        if (sloped) carried.slope[k] = {stir * unit(), stir * unit(), stir * unit()};
+        attribute.value[k] = stir * unit();
+        if (sloped) attribute.slope[k] = {stir * unit(), stir * unit(), stir * unit()};
       }
-      carried.value[3] = m == 0 ? 0.5f + 0.3f * unit() : 0.7f + 0.3f * unit();
-      map->values.push_back(carried);
+      attribute.value[3] = m == 0 ? 0.5f + 0.3f * unit() : 0.7f + 0.3f * unit();
+      map->values.push_back(attribute);
     }
   }
   return map;
 }
 
-/// The map with `count` landmarks at random, each to be taken `stir` away from where it is.
+/// Returns the map with `count` random landmarks, whose goals are up to `stir` away from them in
+/// each coordinate.
 inline std::shared_ptr<const Regression> map_with_landmarks(const Regression& map, int count,
                                                             float stir, unsigned seed) {
   std::mt19937 random(seed);
@@ -83,7 +85,7 @@ inline std::shared_ptr<const Regression> map_with_landmarks(const Regression& ma
   return out;
 }
 
-/// The identity, with one progress everywhere.
+/// Returns two identity maps, with this progress and the level's weight 1 everywhere.
 inline std::shared_ptr<const Regression> identity_map(float progress) {
   auto map = std::make_shared<Regression>();
   map->maps = 2;

@@ -1,4 +1,4 @@
-// Cubes with true points, for tests of what judges a morph by them.
+// Cubes with true points (analyze/true_points.h), for tests of measures that use such points.
 #pragma once
 
 #include <fmt/format.h>
@@ -7,8 +7,8 @@
 
 namespace polymorph {
 
-/// A cube [0, size]^3 as OBJ text; `turned`: by 90 degrees about the vertical and shifted, vertex
-/// by vertex the same.
+/// Returns the cube [0, size]^3 as OBJ text. `turned`: rotated by 90 degrees about y and shifted,
+/// with the vertices in the same order.
 inline std::string cube_obj(int size, bool turned = false) {
   std::string text;
   for (int i = 0; i < 8; ++i) {
@@ -19,8 +19,8 @@ inline std::string cube_obj(int size, bool turned = false) {
   return text + "f 1 5 7 3\nf 2 4 8 6\nf 1 2 6 5\nf 3 7 8 4\nf 1 3 4 2\nf 5 6 8 7\n";
 }
 
-/// True points on the sides of a.obj (of size 1) and b.obj (of size 2), in their own coordinates,
-/// where `left` and `right` name those sides of b.obj.
+/// Returns true points on the sides of the cubes a.obj (size 1) and b.obj (size 2), each in its own
+/// coordinates. `left`, `right`: names of b.obj's points at x = -0.1 and x = 2.
 inline std::string truth_json(const std::string& left, const std::string& right) {
   return fmt::format(
       R"({{"models": {{

@@ -1,4 +1,4 @@
-// SHA-256 of numbers, for tests of results that are the same on every processor.
+// SHA-256 of numbers, for tests of results that must be the same on every processor.
 #pragma once
 
 #include <nettle/sha2.h>
@@ -11,7 +11,7 @@
 
 namespace polymorph {
 
-/// Collects numbers; hex() is the start of their SHA-256.
+/// Hashes numbers; hex() returns the first 8 bytes of their SHA-256, in 16 digits.
 class Digest {
  public:
   Digest() { sha256_init(&state_); }

@@ -1,4 +1,4 @@
-// Balls with known surfaces.
+// Gaussian balls with known surfaces, and values of distance grids.
 #pragma once
 
 #include <vector>
@@ -13,7 +13,7 @@ inline Ball gaussian_ball(Vec3 center, float radius, float blobbiness = 2) {
   return {center, blobbiness / (radius * radius), blobbiness};
 }
 
-/// The distance, or thinness, at a point.
+/// Returns the value of a grid of distances, or of thinness, at a point.
 inline float at(const DistanceGrid& distances, Vec3 p) {
   return DistanceField(distances.grid, distances.values.data()).value(Points<float>{p.x, p.y, p.z});
 }

@@ -1,4 +1,4 @@
-// Helpers of the tests of image/: pictures, hand-made PNG files.
+// Helpers of the tests of image/: random images, and PNG files made byte by byte.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ inline std::filesystem::path data_file(const std::string& name) {
   return source_dir() / "tests/data/image" / name;
 }
 
-/// Values in [0, 1) that a half float holds exactly, different everywhere.
+/// Returns an image of random multiples of 1/1024 in [0, 1), which half floats hold exactly.
 inline Image random_image(int width, int height, const std::vector<std::string>& channels,
                           std::uint64_t seed = 1) {
   Image image = make_image(width, height, channels);
@@ -29,7 +29,8 @@ inline Image random_image(int width, int height, const std::vector<std::string>&
   return image;
 }
 
-/// Reads the bytes of a picture from a file of this name; an empty picture after a failure.
+/// Writes `bytes` to a file of this name and reads the picture in it. After an error, fails the
+/// test and returns an empty image.
 inline Image read_back(const std::string& name, const std::string& bytes,
                        const ReadImageSettings& settings = {}) {
   const TemporaryFolder folder;
@@ -52,8 +53,8 @@ inline std::string png_chunk(const std::string& type, const std::string& data) {
          big_endian(static_cast<std::uint32_t>(sum));
 }
 
-/// A PNG from raw rows (each without its filter byte). `color`: 0 grey, 2 RGB, 3 palette, 4 grey +
-/// alpha, 6 RGBA.
+/// Returns a PNG made of raw rows (without their filter bytes). `bits`: per channel; `color`: 0
+/// grey, 2 RGB, 3 palette, 4 grey + alpha, 6 RGBA.
 inline std::string make_png(int width, int height, int bits, int color,
                             const std::vector<std::string>& rows, const std::string& palette = "") {
   std::string raw;

@@ -23,7 +23,8 @@ inline LegSettings test_leg_settings() {
   return settings;
 }
 
-/// A shape at a place, with balls at even places of its box; all its labels are `label`.
+/// Returns a built-in shape, shifted by `place`, with a ball in the middle of each octant of its
+/// box; all its labels are `label`.
 inline std::shared_ptr<const PreparedObject> make_test_object(const std::string& shape, Vec3 place,
                                                               std::uint32_t label, Engine& engine) {
   const LegSettings settings = test_leg_settings();
@@ -45,15 +46,17 @@ inline std::shared_ptr<const PreparedObject> make_test_object(const std::string&
   EXPECT_TRUE(mesh.ok());
   object.ball_volume = volume_of(*mesh);
   object.closest = std::make_shared<const ClosestPointQuery>(object.model);
-  auto distances = measure_distances(
-      object, {settings.cell, kThinnestPart * settings.cell, 1e-3, false}, engine, {});
+  auto distances = measure_distances(object,
+                                     {settings.cell, kThinnestPart * settings.cell,
+                                      /*min_component_share=*/1e-3, /*solidified=*/false},
+                                     engine, {});
   EXPECT_TRUE(distances.ok());
   object.distances = std::move(*distances);
-  prepare_transfer(object, false);
+  prepare_transfer(object, /*with_colors=*/false);
   return std::make_shared<const PreparedObject>(std::move(object));
 }
 
-/// The leg from a cube to a sphere beside it.
+/// Returns the leg from a cube to a sphere beside it.
 inline std::shared_ptr<const Leg> make_test_leg(Interpolation kind, Engine& engine) {
   LegParts parts{make_test_object("cube", {}, 0, engine),
                  make_test_object("sphere", {0.8f, 0, 0}, 1, engine),

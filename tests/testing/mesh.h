@@ -1,5 +1,4 @@
-// Mesh assertions: what every extracted surface must satisfy, with messages that say where it does
-// not.
+// Mesh assertions that every extracted surface must satisfy; their messages say where it does not.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -29,7 +28,7 @@ inline Double3 cross_of(Double3 a, Double3 b) {
 inline double dot_of(Double3 a, Double3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 inline double length_of(Double3 a) { return std::sqrt(dot_of(a, a)); }
 
-/// Twice the area of a triangle times its normal.
+/// Returns a triangle's normal times twice the triangle's area.
 inline Double3 area_vector(const Mesh& mesh, const Triangle& t) {
   const Double3 a = to_double(mesh.positions[t.v[0]]);
   return cross_of(minus(to_double(mesh.positions[t.v[1]]), a),
@@ -50,13 +49,14 @@ inline double volume_of(const Mesh& mesh) {
   return sum;
 }
 
-/// Vertices - edges + faces of a closed mesh.
+/// Returns vertices - edges + faces of a closed mesh, which has 3/2 edges per face.
 inline std::int64_t euler_of(const Mesh& mesh) {
   return static_cast<std::int64_t>(mesh.positions.size()) -
          static_cast<std::int64_t>(mesh.triangles.size()) / 2;
 }
 
-/// Every directed edge once, and its reverse once: closed and consistently oriented.
+/// Expects each directed edge once and its reverse once: the mesh is closed and consistently
+/// oriented.
 inline void expect_closed(const Mesh& mesh) {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
   for (const Triangle& t : mesh.triangles) {
@@ -75,8 +75,9 @@ inline void expect_closed(const Mesh& mesh) {
   }
 }
 
-/// The triangles around each vertex form one fan, and no vertex is without triangles.
+/// Expects that the triangles around each vertex form one fan, and that each vertex has triangles.
 inline void expect_single_fans(const Mesh& mesh) {
+  // around[v][a] = b for each triangle (v, a, b)
   std::vector<std::map<std::uint32_t, std::uint32_t>> around(mesh.positions.size());
   for (const Triangle& t : mesh.triangles) {
     for (int k = 0; k < 3; ++k) around[t.v[k]][t.v[(k + 1) % 3]] = t.v[(k + 2) % 3];
@@ -114,7 +115,7 @@ inline void expect_unit_normals(const Mesh& mesh) {
   for (const Vec3 n : mesh.normals) ASSERT_NEAR(length_of(to_double(n)), 1.0, 1e-6);
 }
 
-/// All of the above, and outward orientation.
+/// Expects all of the above, and outward orientation.
 inline void expect_sound(const Mesh& mesh) {
   ASSERT_FALSE(mesh.triangles.empty());
   ASSERT_NO_FATAL_FAILURE(expect_closed(mesh));

@@ -12,7 +12,7 @@
 
 namespace polymorph {
 
-/// Adds the box [low, high], 12 triangles, outward or (inverted) inward.
+/// Adds the box [low, high] as 12 triangles that face outward or, if `inverted`, inward.
 inline void add_box(Model& model, Vec3 low, Vec3 high, bool inverted = false) {
   const auto base = static_cast<std::uint32_t>(model.points.size());
   for (int i = 0; i < 8; ++i)
@@ -33,8 +33,8 @@ inline Model box_model(Vec3 low, Vec3 high) {
   return model;
 }
 
-/// The profile (radius, height), turned around the y axis; first and last point on the axis close
-/// it.
+/// Returns the surface of revolution of a profile of points (radius, height) around the y axis. It
+/// is closed if the first and the last point lie on the axis.
 inline Model lathe(const std::vector<Vec2>& profile) {
   constexpr int kSteps = 64;
   Model model;
@@ -58,7 +58,7 @@ inline Model lathe(const std::vector<Vec2>& profile) {
   return model;
 }
 
-/// The unit cube [0, 1]^3 as OBJ text, outward quads, no normals.
+/// The unit cube [0, 1]^3 as OBJ text: outward quads without normals.
 inline constexpr const char* kCubeObj =
     "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 0 1\nv 1 0 1\nv 0 1 1\nv 1 1 1\n"
     "f 1 5 7 3\nf 2 4 8 6\nf 1 2 6 5\nf 3 7 8 4\nf 1 3 4 2\nf 5 6 8 7\n";

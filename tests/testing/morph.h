@@ -1,4 +1,4 @@
-// Objects built from balls directly, for tests of plans and motions.
+// Objects made of balls, without a model, for tests of plans and motions.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@
 
 namespace polymorph {
 
-/// A ball whose lone surface has radius `radius`.
+/// Returns a Gaussian ball whose surface, if it is the only ball, has this radius.
 inline Ball ball_at(Vec3 center, float radius) { return {center, 4 / (radius * radius), 4}; }
 
 inline std::vector<Ball> random_balls(int n, std::uint64_t seed, Vec3 shift = {}) {
@@ -29,8 +29,8 @@ inline std::vector<Ball> random_balls(int n, std::uint64_t seed, Vec3 shift = {}
   return balls;
 }
 
-/// A bar along x with a knob near one end, off its axis: no turn but the identity maps it onto
-/// itself.
+/// Returns a bar along x with a knob along y near one end and one along z near the other, so that
+/// only the identity rotates it onto itself.
 inline std::vector<Ball> bar() {
   std::vector<Ball> balls;
   for (int i = 0; i <= 16; ++i)
@@ -57,13 +57,13 @@ inline std::vector<Ball> moved(std::vector<Ball> balls, const Mat3& rotation, do
   return balls;
 }
 
-/// A trunk with four limbs, each a label of its own (0 is the trunk's); `legs` sets how long and
-/// which way they are, `swapped` counts the balls otherwise.
+/// A trunk (label 0) with four limbs (labels 1 to 4); one label per ball.
 struct Creature {
   std::vector<Ball> balls;
   std::vector<std::int32_t> labels;
 };
-inline Creature creature(float limb_length, float spread, int balls_a_limb) {
+/// `spread`: direction of the limbs, from 0, along the trunk's axis y, to 1, sideways.
+inline Creature creature(float limb_length, float spread, int balls_per_limb) {
   Creature result;
   for (int i = 0; i <= 6; ++i) {
     result.balls.push_back(ball_at({0, -0.45f + 0.15f * static_cast<float>(i), 0}, 0.3f));
@@ -71,8 +71,8 @@ inline Creature creature(float limb_length, float spread, int balls_a_limb) {
   }
   for (int limb = 0; limb < 4; ++limb) {
     const float side = limb % 2 ? 1.0f : -1.0f, end = limb < 2 ? 1.0f : -1.0f;
-    for (int i = 1; i <= balls_a_limb; ++i) {
-      const float t = static_cast<float>(i) / static_cast<float>(balls_a_limb) * limb_length;
+    for (int i = 1; i <= balls_per_limb; ++i) {
+      const float t = static_cast<float>(i) / static_cast<float>(balls_per_limb) * limb_length;
       result.balls.push_back(ball_at(
           {side * (0.2f + spread * t), end * (0.45f + (1 - spread) * t), 0.05f * end}, 0.11f));
       result.labels.push_back(limb + 1);
@@ -81,8 +81,8 @@ inline Creature creature(float limb_length, float spread, int balls_a_limb) {
   return result;
 }
 
-/// Two columns of balls beside each other, limbs 0 and 1, of which one is ahead of the other by
-/// twice `ahead`, and the other at the end: they pass each other half way, along straight paths.
+/// Returns a plan of two columns of balls beside each other, limbs 0 and 1, on straight paths along
+/// z. Limb 1 starts 2 `ahead` in front of limb 0 and ends as far behind it; they pass half way.
 inline MorphPlan plan_between_columns(float ahead) {
   const auto columns = [](float front) {
     std::vector<Ball> balls;
@@ -105,7 +105,7 @@ inline MorphPlan plan_between_columns(float ahead) {
   return plan;
 }
 
-/// Expects the same plan: no bit may differ, as frames would.
+/// Expects that both plans have the same bits, as their frames must.
 inline void expect_same(const MorphPlan& a, const MorphPlan& b) {
   ASSERT_EQ(a.pairs.size(), b.pairs.size());
   EXPECT_EQ(std::memcmp(a.pairs.data(), b.pairs.data(), a.pairs.size() * sizeof(Pair)), 0);
@@ -117,6 +117,7 @@ inline void expect_same(const MorphPlan& a, const MorphPlan& b) {
   EXPECT_EQ(a.limb_names, b.limb_names);
 }
 
+/// Returns the angle of the rotation from `a` to `b`, degrees.
 inline double angle_between(const Mat3& a, const Mat3& b) {
   return rotation_angle(transposed(a) * b) * 57.29577951308232;
 }

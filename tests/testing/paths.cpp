@@ -1,6 +1,7 @@
 #include "testing/paths.h"
 
-// The only file that is compiled for one checkout: a compiler cache serves the others to all.
+// The only file of the tests whose object depends on the path of the checkout, so that checkouts
+// can share a compiler cache for all other files.
 
 namespace polymorph {
 

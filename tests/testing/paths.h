@@ -5,14 +5,14 @@
 
 namespace polymorph {
 
-/// The checkout's root.
+/// Returns the checkout's root.
 std::filesystem::path source_dir();
 
-/// The program as built, as users run it.
+/// Returns the path of the built program.
 std::filesystem::path program_path();
 
-/// Balls, distances and paces that tests make are kept for other tests, which need not make them
-/// again; scripts/test begins with an empty one.
+/// Returns the cache folder in which tests share balls, distances and paces (leg/pacing.h).
+/// scripts/test empties it first.
 std::filesystem::path shared_cache();
 
 }  // namespace polymorph

@@ -1,5 +1,4 @@
-// Runs the real program in a test: arguments, a working folder, what it printed where, and how it
-// ended.
+// Runs the built program in a test, in a folder of its own, and returns its output and exit code.
 #pragma once
 
 #include <fcntl.h>
@@ -26,6 +25,7 @@ extern char** environ;
 
 namespace polymorph {
 
+/// Result of one run of the program.
 struct Ran {
   int code = -1;  ///< exit code; 128 + signal when a signal ended it
   std::string out, err;
@@ -49,8 +49,8 @@ inline bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-/// Each test has a folder of its own and an environment without the variables that the program
-/// reads. The cache is shared_cache(): a test about caching names one of its own.
+/// Fixture with a temporary folder and an environment without the variables that the program reads.
+/// Its cache is shared_cache(); tests of the cache set another one.
 class ProgramTest : public ::testing::Test {
  protected:
   using Path = std::filesystem::path;
@@ -64,7 +64,7 @@ class ProgramTest : public ::testing::Test {
     return root_.write("work" / name, text);
   }
   bool exists(const Path& name) const { return std::filesystem::exists(folder / name); }
-  /// Names in a folder, leftovers included.
+  /// Counts the files in and below the folder whose names end with `ending`.
   std::size_t count_files(const std::string& ending) const {
     std::size_t n = 0;
     for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
@@ -103,10 +103,11 @@ class ProgramTest : public ::testing::Test {
     int status = 0;
     EXPECT_EQ(::waitpid(started.id, &status, 0), started.id);
     const int code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-    const bool readable = std::filesystem::is_regular_file(started.out);  // /dev/full never ends
+    const bool readable =
+        std::filesystem::is_regular_file(started.out);  // reading /dev/full never ends
     return {code, readable ? read_text(started.out) : "", read_text(started.err)};
   }
-  /// The same for what may hang: after `seconds` the program is killed, and the code is 137.
+  /// Like finish(), but kills the program after `seconds`; the code is then 137.
   static Ran finish_within(const Started& started, int seconds) {
     for (int tenth = 0; tenth < 10 * seconds; ++tenth) {
       siginfo_t ended{};
@@ -134,9 +135,9 @@ class ProgramTest : public ::testing::Test {
     return json;
   }
 
-  Path folder;                                                 ///< the program starts here
-  Path in_file;                                                ///< standard input; else empty
-  Path out_file;                                               ///< standard output goes here
+  Path folder;    ///< working folder of the program
+  Path in_file;   ///< standard input; empty: /dev/null
+  Path out_file;  ///< standard output; empty: a temporary file
   std::vector<std::pair<std::string, std::string>> variables;  ///< added to the environment
 
  private:
@@ -167,7 +168,8 @@ class ProgramTest : public ::testing::Test {
   int runs_ = 0;
 };
 
-/// A scene that renders in a tenth of a second; `source` as JSON.
+/// Returns a scene that renders in a tenth of a second. `source`: its source, JSON; `more`: further
+/// keys, each with a comma after it.
 inline std::string tiny_scene(
     int frames = 4, const std::string& source = R"({"shape": "cube", "spheres": {"balls": 12}})",
     const std::string& more = "") {

@@ -22,7 +22,7 @@ struct TestMesh {
   std::vector<std::shared_ptr<const Image>> textures;
 };
 
-/// Sphere around the origin, with the same bits on every processor.
+/// Returns a sphere around the origin, with the same bits on every processor.
 inline TestMesh make_ball(int columns, int rows, float radius = 1) {
   TestMesh mesh;
   for (int j = 0; j <= rows; ++j)
@@ -44,8 +44,8 @@ inline TestMesh make_ball(int columns, int rows, float radius = 1) {
   return mesh;
 }
 
-/// Square of half size `half` around `center`, spanned by `right` and `up` (unit); uv (0, 0) at
-/// lower left.
+/// Returns a square with edges of 2 `half` along the unit vectors `right` and `up`; uv (0, 0) is at
+/// the lower left.
 inline TestMesh make_square(Vec3 center, Vec3 right, Vec3 up, float half) {
   TestMesh mesh;
   const Vec3 r = right * half, u = up * half;
@@ -56,10 +56,10 @@ inline TestMesh make_square(Vec3 center, Vec3 right, Vec3 up, float half) {
   return mesh;
 }
 
-/// A square in front of the ball of BallOnFloor, with a texture of checks.
+/// Returns a square in front of the ball of BallOnFloor, with a checkerboard as its texture.
 inline TestMesh make_checkered_square() {
   Image checks = make_image(8, 8, {"R", "G", "B"});
-  for (std::size_t i = 0; i < checks.pixels.size(); ++i)
+  for (std::size_t i = 0; i < checks.pixels.size(); ++i)  // 3 values per pixel, 24 per row
     checks.pixels[i] = (i / 3 + i / 24) % 2 == 0 ? 0.9f : 0.1f;
   TestMesh square = make_square({0.3f, 0.2f, 0.9f}, {1, 0, 0}, {0, 1, 0}, 0.5f);
   square.textures = {std::make_shared<const Image>(std::move(checks))};
@@ -93,7 +93,8 @@ inline std::shared_ptr<const Image> constant_sky(float radiance) {
   return std::make_shared<const Image>(std::move(sky));
 }
 
-/// Camera at (0, 0, 5) looking along -z; no floor, no key light, a constant sky.
+/// Returns an empty scene under a sky of constant radiance, without floor and key light. The camera
+/// is at (0, 0, 5) and looks along -z.
 inline RenderScene furnace(float sky = 1) {
   RenderScene scene;
   scene.bounds = {{-1, -1, -1}, {1, 1, 1}};
@@ -112,14 +113,14 @@ inline LampSettings make_lamp(LampKind kind, Vec3 position) {
   return lamp;
 }
 
-/// From this height on the y axis straight down; the picture's upper edge is at -z.
+/// Moves the camera to this height on the y axis, looking straight down, with -z up in the picture.
 inline void look_down(Camera& camera, float height) {
   camera.position = {0, height, 0};
   camera.forward = {0, -1, 0};
   camera.up = {0, 0, -1};
 }
 
-/// A ball on a floor, under the settings' own lights.
+/// A ball of radius 0.7 on a floor, under the default lights.
 struct BallOnFloor {
   TestMesh ball = make_ball(96, 48, 0.7f);
   RenderScene scene;

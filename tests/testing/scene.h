@@ -14,7 +14,7 @@
 
 namespace polymorph {
 
-/// Replaces an object of an actor by a changed copy, in its chain and in its legs.
+/// Replaces object `index` of an actor by a changed copy, in the actor's chain and legs.
 template <class Change>
 void change_object(PreparedActor& actor, std::size_t index, const Change& change) {
   const std::shared_ptr<const PreparedObject> before = actor.objects[index];
@@ -30,7 +30,8 @@ void change_object(PreparedActor& actor, std::size_t index, const Change& change
   }
 }
 
-/// A folder of its own for each test. `common` stands behind every scene's own keys.
+/// Fixture with a temporary folder and a CPU engine. `common`: JSON keys that every scene gets; the
+/// argument of scene_of() and prepared_of() has the other keys.
 class SceneTest : public FolderTest {
  protected:
   explicit SceneTest(std::string common) : common_(std::move(common)) {}

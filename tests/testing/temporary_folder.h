@@ -1,4 +1,4 @@
-// A folder that goes away with the test.
+// Temporary folder, which is removed after the test.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -21,6 +21,7 @@ class TemporaryFolder {
   }
   ~TemporaryFolder() {
     std::error_code ignored;
+    // A test may have made the folder read-only.
     std::filesystem::permissions(path_, std::filesystem::perms::owner_all, ignored);
     std::filesystem::remove_all(path_, ignored);
   }
@@ -28,7 +29,7 @@ class TemporaryFolder {
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;
 
   const std::filesystem::path& path() const { return path_; }
-  /// Writes a file in it, and the folders on the way.
+  /// Writes a file below the folder, makes the file's parent folders, and returns its path.
   std::filesystem::path write(const std::filesystem::path& name, std::string_view bytes) const {
     const std::filesystem::path file = path_ / name;
     std::filesystem::create_directories(file.parent_path());
@@ -41,7 +42,7 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
-/// A test with a folder of its own.
+/// Fixture with a temporary folder for each test.
 class FolderTest : public ::testing::Test {
  private:
   TemporaryFolder temporary_;
