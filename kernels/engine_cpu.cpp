@@ -1,5 +1,6 @@
 // The CPU backend's engines: one for the instructions that the program is compiled for and, if the
-// build has it (PM_AVX512), one for AVX-512, which is chosen if the processor supports it.
+// build has it (PM_AVX512), one for AVX-512, which is chosen if the processor supports it. The
+// headers *_passes.h define the passes that BackendEngine calls (passes.h).
 #include "backend_engine.h"
 #include "ball_passes.h"
 #include "cpu_backend.h"
@@ -7,6 +8,8 @@
 #include "motion_passes.h"
 
 #if defined(PM_AVX512)
+// Defined in engine_avx512.cpp, whose other symbols are local (cmake/avx512.cmake). The caller owns
+// the engine.
 extern "C" polymorph::Engine* pm_make_avx512_engine();
 #endif
 

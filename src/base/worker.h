@@ -25,7 +25,7 @@ class Worker {
   Worker& operator=(const Worker&) = delete;
   ~Worker() {
     if (!thread_.joinable()) return;
-    add({});
+    add({});  // an empty task ends work()
     thread_.join();
   }
 

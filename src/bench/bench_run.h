@@ -55,7 +55,8 @@ Result<Timing> time_runs(int repeats, const F& run) {
 JsonValue print_row(const Bench& bench, const std::string& name, const Timing& t,
                     const std::string& note);
 
-/// Times the extraction of the standard surface. Stores its mesh in `mesh`, for bench_render().
+/// Times the extraction of the settings' balls (BenchSettings), by default on a torus. Stores its
+/// mesh in `mesh`, for bench_render().
 Status bench_surface(Bench& bench, const std::string& device, Engine& engine, Mesh& mesh);
 /// Measures Table 6.7 and Graph 6.1 of the report.
 Status bench_report_figures(Bench& bench, Engine& engine);

@@ -59,15 +59,16 @@ struct CommandLine {
   std::string arguments;  ///< argv joined by spaces, file names without folders, for image headers
   std::string program = "polymorph";    ///< name in suggested commands; argv[0] if it is a path
   std::function<Result<int>()> action;  ///< set by the chosen subcommand; the int is the exit code
-  /// Verbs of each command that has any, by the command's name.
+  /// Verbs of each command that has any (second words, such as "test" of "golden test"), by the
+  /// command's name.
   std::map<std::string, std::vector<VerbTable>> verbs;
 };
 
 /// Returns the tables of all commands, with their verbs.
 std::vector<CommandTable> command_tables(const CommandLine& line);
 
-/// Formats the help page of this name: a short one, or a full one with all groups of options
-/// (options/option_table.h).
+/// Formats the help page of a command ("render"), of a verb ("golden test") or of the program (""):
+/// a short one, or a full one with all groups of options (options/option_table.h).
 std::string help_page(const CommandLine& line, const std::string& name, bool full);
 
 /// Adds a subcommand with the options that all commands share. Its help shows `purpose` (one line),

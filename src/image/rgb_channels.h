@@ -16,8 +16,8 @@ inline std::array<int, 3> find_rgb(const Image& image) {
 }
 inline bool has_rgb(const Image& image) { return std::ranges::min(find_rgb(image)) >= 0; }
 
-/// Checks that there are frames, of one size and with R, G and B. Errors: kInput; `output` is what
-/// the message calls the frames together, as in "GIF".
+/// Checks that there are frames, of one size and with R, G and B. Errors: kInput; `output` names
+/// what is made of the frames, for the message ("GIF").
 inline Status check_frames(std::span<const Image> frames, const char* output) {
   if (frames.empty()) return make_error(ErrorCode::kInput, "a {} needs at least one frame", output);
   for (std::size_t i = 0; i < frames.size(); ++i) {

@@ -14,8 +14,9 @@
 
 namespace polymorph {
 
-extern const std::string_view landmarks_page;  // landmarks.html
-extern const std::string_view play_page;       // play.html, whose scripts both pages use
+// The texts of landmarks.html and play.html, whose scripts both pages use (pm_embed() in
+// cmake/rooms.cmake).
+extern const std::string_view landmarks_page, play_page;
 
 namespace {
 

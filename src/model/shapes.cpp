@@ -61,7 +61,8 @@ void add_cube_sides(
     const std::function<ShapeCorner(std::array<int, 3>, Vec3d, Vec3d, Vec2)>& corner) {
   for (int side = 0; side < 6; ++side) {
     const int axis = side / 2, sign = side % 2 ? 1 : -1;
-    // Axes u, v of the side with u x v pointing outward. On the four upright sides, v points up.
+    // Axes u, v of the side with u x v pointing outward. On the four upright sides, v points up. On
+    // the top it points to -z, on the bottom to +z, so that u is +x on both.
     std::array<double, 3> outward{}, u{}, v{};
     outward[static_cast<std::size_t>(axis)] = sign;
     v[axis == 1 ? 2 : 1] = axis == 1 ? -sign : 1;
@@ -89,7 +90,7 @@ void add_cube_sides(
 Model make_cube() {
   Model model;
   PointSet points(model);
-  add_cube_sides(model, 20, [&](std::array<int, 3> key, Vec3d p, Vec3d normal, Vec2 uv) {
+  add_cube_sides(model, /*n=*/20, [&](std::array<int, 3> key, Vec3d p, Vec3d normal, Vec2 uv) {
     return ShapeCorner{points.add(key, to_float(p + Vec3d(0, 1, 0))), to_float(normal), uv};
   });
   return model;
@@ -135,8 +136,9 @@ Model make_sphere() {
 }
 
 // Small drops distributed evenly in a ball: drop i lies in the i-th of 48 shells of equal volume.
-// Its height runs through 13 cycles, and its azimuth advances by 0.618034 of a revolution, the
-// golden ratio minus 1.
+// `up`, the vertical component of its direction from the ball's centre, falls from 1 to -1 thirteen
+// times over all drops, and its azimuth advances by 0.618034 of a revolution, the golden ratio
+// minus 1.
 Model make_drops() {
   constexpr int kDrops = 48;
   constexpr double kRadius = 0.05, kMaxOffset = 1 - kRadius;

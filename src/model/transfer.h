@@ -42,10 +42,12 @@ struct Origins {
   std::span<const ClosestPoint> closest = {};
 };
 
-/// Gives each vertex of a surface the attributes of the model at the point closest to its origin.
-/// If the corners of a triangle fall into several charts, or far apart in the texture, the chart at
-/// its centroid is extrapolated to its corners, so that no texture is smeared across a seam. The
-/// border between charts then runs along triangle edges; texture_point() finds its exact course.
+/// Gives each corner of a triangle the texture coordinates of the model at the point closest to its
+/// vertex's origin, and each triangle the material at its first corner. If the corners of a
+/// triangle fall into several charts, or far apart in the texture, the triangle has the material at
+/// its centroid, and the chart there is extrapolated to its corners, so that no texture is smeared
+/// across a seam. The border between charts then runs along triangle edges; texture_point() finds
+/// its exact course.
 TransferredMaterials transfer_materials(const Model& model, const ClosestPointQuery& closest,
                                         std::span<const std::uint32_t> charts,
                                         const Origins& origins,

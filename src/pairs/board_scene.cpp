@@ -33,7 +33,8 @@ JsonValue make_outcome(const PairsFile& file, const PairsPiece& piece, Kind kind
   }
 }
 
-/// Extra frames at the end: one for events in the last frame and one for the leg of static actors.
+/// Frames of the leg that an actor without events gets after the level's last frame, because every
+/// actor needs a leg. The scene is longer than the level by at least as many frames.
 constexpr int kExtraFrames = 2;
 
 /// One level of a play, as a film of `frames` frames.
@@ -123,8 +124,8 @@ JsonValue make_board_scene(const PairsFile& file, const PairsPlay& play, int lev
   }
   JsonValue& frame_settings = scene["frames"];
   frame_settings["fps"] = fps;
-  // The scene ends with the last leg, or later: a leg has a frame at least, even if it begins in
-  // the last frame of the level.
+  // A leg has at least one frame, so one that begins in the level's last frame ends after it. The
+  // scene lasts until all legs have ended.
   std::int64_t frame_count = frames + kExtraFrames;
   for (const JsonValue& actor : scene.get("actors").items) {
     std::int64_t actor_end = actor.get("start").integer;
@@ -142,7 +143,8 @@ std::string format_score(const PairsPlay& play, int level, int frame, double fps
   int score = 0, melted_pieces = 0;
   std::string ending;
   for (const PairsEvent& event : play.events()) {
-    // An event counts from the frame nearest to its start on.
+    // Events are in order of level and time. An event counts from the frame nearest to its start
+    // on.
     if (event.level > level || (event.level == level && event.start > now + 0.5 / fps)) break;
     score = event.score;
     if (event.level == level && event.kind == Kind::kMelt) ++melted_pieces;

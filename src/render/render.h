@@ -69,7 +69,7 @@ struct RenderMesh : MaterialLayer {
   float id = 0;    ///< written to the id AOV; above 1, because 1 is the ground and 0 no hit
   std::span<const Vec3>
       displacement;  ///< motion to the next frame, one per position; empty = static
-  /// Values of the morph AOV, one per position; empty = `progress`.
+  /// Values of the channel morph.blend, one per position; empty = `progress`.
   std::span<const float> vertex_progress;
   std::span<const std::uint32_t>
       vertex_labels;              ///< values of the label AOV, one per position, or empty
@@ -108,7 +108,7 @@ Camera make_camera(const CameraSettings& settings, std::span<const Vec3> points,
 struct Framing {
   Vec3 middle;         ///< centre of all objects
   Vec3 anchor;         ///< point that the camera looks at if the settings have no target
-  float distance = 1;  ///< distance from the anchor, for the margin `margin` and dolly 1
+  float distance = 1;  ///< distance from the anchor if CameraSettings::dolly is 1
   float margin = 0;    ///< smallest CameraSettings::margin of all poses
 };
 /// Computes a framing at which the points keep the margin when seen from every pose's direction. It
@@ -131,17 +131,17 @@ struct RenderScene {
   Camera camera;
   std::optional<CameraMotion> camera_motion;  ///< empty: the camera is static
   std::optional<Camera>
-      rig;  ///< camera to which the lights and the studio are attached; empty: `camera`
+      rig;  ///< camera to which the lights and the sky are attached; empty: `camera`
   LightSettings lights;
   GroundSettings ground;  ///< `height` must be set when enabled
   LookSettings look;
   /// Latitude-longitude image: row 0 is the zenith, the middle column -z, a quarter of the width to
   /// its right +x. It is also the backdrop, and the floor fades into it. Null = the sky that
-  /// `lights` chooses. The studio's sky is visible in reflections only; the camera sees a seamless
-  /// backdrop paper of the floor's colour.
+  /// `lights` chooses: a clear day or the studio, a sky of soft boxes. The studio is visible in
+  /// reflections only; the camera sees a seamless backdrop paper of the floor's colour.
   std::shared_ptr<const Image> environment;
   Box bounds;  ///< bounds of all frames; the floor's fade and the offsets of rays depend on them
-  float time = 0;  ///< time within the sequence, [0, 1], written to the morph AOV
+  float time = 0;  ///< time within the sequence, [0, 1], written to the channel morph.t
 };
 
 /// Settings of one frame.
@@ -156,7 +156,7 @@ struct RenderSettings {
 };
 
 /// Returns the memory of a rendered image with all its channels, in bytes. If `part` is set, this
-/// includes the sums of its mattes.
+/// includes the part's sums per Cryptomatte id (MatteSums, render/film/part.h).
 std::uint64_t picture_bytes(const ImageSettings& image,
                             const std::optional<SampleRange>& part = {});
 

@@ -37,7 +37,7 @@ class CornerLattice {
                                        static_cast<double>(i / side_ / side_));
           state_[i] = test_.inside(p) ? kInside : kOutside;
         },
-        64);
+        /*grain=*/64);
   }
 
   int count_corners_inside(const Cell& cell) const {
@@ -68,9 +68,10 @@ class CornerLattice {
 
 SphereTree build_active_tree(const InsideTest& test, const RootCube& root, int finest) {
   CornerLattice corners(test, root, finest);
-  // Cells are tested level by level, so that all corners of a level are tested in parallel. Active
-  // cells are not divided. Cells without any inside corner are, because something thin may lie
-  // between their corners.
+  // Cells are tested level by level, so that all corners of a level are tested in parallel. A cell
+  // with more than 4 corners inside is active and becomes a leaf. All others are divided down to
+  // the finest level, even those without an inside corner, because something thin may lie between
+  // their corners.
   std::vector<std::vector<std::uint8_t>> active(static_cast<std::size_t>(finest) + 1);
   std::vector<Cell> cells{Cell{}};
   for (int level = 0; level <= finest; ++level) {

@@ -37,14 +37,14 @@ struct CacheEntry {
   std::string origin;       ///< names of the source models; empty in damaged and old files
   std::uint64_t bytes = 0;  ///< file size
   double age = 0;           ///< seconds since it was written
-  std::size_t spheres = 0;  ///< number of leaves; verify_cache() only, for sphere files
+  std::size_t spheres = 0;  ///< leaves of the sphere tree; verify_cache() only, for sphere files
   std::size_t balls = 0;    ///< verify_cache() only
   std::string problem;      ///< verify_cache() only; empty if the file is valid
 };
 
-/// Lists this program's files in `folder` by name: regular files *.spheres, *.distances, *.pacing
-/// and *.plan that begin with our magic number (links are not followed, other files are ignored). A
-/// missing folder gives an empty list, an unreadable one a warning.
+/// Lists this program's files in `folder`, ordered by name: regular files *.spheres, *.distances,
+/// *.pacing and *.plan that begin with our magic number (links are not followed, other files are
+/// ignored). A missing folder gives an empty list, an unreadable one a warning.
 std::vector<CacheEntry> list_cache(const std::filesystem::path& folder);
 
 /// Lists the files as list_cache() does, and reads and checks each.

@@ -27,6 +27,7 @@ class TreeBuilder {
     if (cell.level < finest_)
       for (int octant = 0; octant < 8; ++octant)
         has_leaf = add(cell.child(octant), index) || has_leaf;
+    // Children without a leaf have removed their nodes, so the last node is this cell's.
     if (!has_leaf) tree.nodes.pop_back();
     return has_leaf;
   }

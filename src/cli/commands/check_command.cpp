@@ -65,7 +65,8 @@ Result<std::optional<FitFindings>> measure_fit(const Model& model, const ObjectS
   if (!proxy) return std::optional<FitFindings>();  // the diagnosis reports the reason
   const auto approximation = approximate_cached(model, object.spheres, cache, &*proxy);
   if (!approximation || approximation->balls.empty()) return std::optional<FitFindings>();
-  const Model& solid = *proxy ? **proxy : model;
+  const std::optional<Model>& solid_proxy = *proxy;  // empty: the model itself is solid
+  const Model& solid = solid_proxy ? *solid_proxy : model;
   PM_TRY(const ApproximationQuality quality,
          measure_quality(solid, InsideTest(solid), approximation->balls, FieldKind::kGaussian,
                          {96, 5e4}));  // cells along the longest side; points of the volume lattice
@@ -109,8 +110,9 @@ Result<CheckResult> check_scene(const CheckOptions& options, const CommonOptions
     result.errors.push_back(status.error().message);
   for (const auto& sequence : loaded.sequences)
     if (sequence) result.sequences.push_back(describe_meshes(*sequence));
-  // Diagnose and fit each shape once: objects that are alike or similar share the result.
-  const std::vector<std::size_t> first_alike = find_first_congruent(chain),
+  // Diagnose and fit each shape once: congruent objects share both, and similar ones, which also
+  // differ in size, share the diagnosis, converted to their size.
+  const std::vector<std::size_t> first_congruent = find_first_congruent(chain),
                                  first_similar = find_first_similar(chain);
   std::map<std::size_t, Diagnosis> diagnoses;
   std::map<std::size_t, std::optional<FitFindings>> fits;
@@ -119,24 +121,25 @@ Result<CheckResult> check_scene(const CheckOptions& options, const CommonOptions
     const Model& model = loaded.fitted_model(i);
     if (model.triangles.empty()) continue;
     const Activity activity("looking for faults in " + object.name);
-    if (first_alike[i] == i)
+    if (first_congruent[i] == i)
       diagnoses.emplace(i, first_similar[i] == i
                                ? diagnose_fully(model)
                                : transfer_diagnosis(diagnoses.at(first_similar[i]), model));
-    const Diagnosis& diagnosis = diagnoses.at(first_alike[i]);
+    const Diagnosis& diagnosis = diagnoses.at(first_congruent[i]);
     for (const std::string& problem : describe_problems(diagnosis))
       result.warnings.push_back(object.name + ": " + problem);
     for (const std::string& oddity : describe_oddities(diagnosis))
       result.notes.push_back(object.name + ": " + oddity);
+    // Triangles that cross each other change the parity of rays, not the winding number.
     if (const std::string crossings = describe_crossings(diagnosis);
         !crossings.empty() && object.spheres.inside == InsideMethod::kParity)
       result.warnings.push_back(object.name + ": " + crossings);
     result.objects.emplace_back(object.name, diagnosis);
     if (!options.fit || object.spheres.fit == FitKind::kNone) continue;
-    if (first_alike[i] == i) {
+    if (first_congruent[i] == i) {
       PM_TRY(fits[i], measure_fit(model, object, cache));
     }
-    if (const auto& fit = fits.at(first_alike[i])) {
+    if (const auto& fit = fits.at(first_congruent[i])) {
       (is_good_fit(fit->quality) ? result.notes : result.warnings)
           .push_back(object.name + ": " + describe_fit(fit->quality));
       if (fit->front_axis && object.front == Front::kAuto)

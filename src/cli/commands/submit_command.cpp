@@ -7,7 +7,7 @@ namespace polymorph {
 namespace {
 
 struct SubmitOptions {
-  std::string engine;  ///< the only one is "slurm"
+  std::string scheduler;  ///< always "slurm", the only scheduler that is supported
   bool print = false;
   SlurmRequest job;
   SceneOptions scene_options;
@@ -48,11 +48,13 @@ Result<int> run_submit(const CommandLine& line, const SubmitOptions& options) {
 /// Adds the options for the job array, in the group Farm.
 void add_farm_options(Command command, SlurmRequest& job) {
   const auto add = [](Option option) { option.group("Farm"); };
-  add(command.add_option("--tasks", job.tasks, "N", "tasks of the array; default: by time")
+  add(command
+          .add_option("--tasks", job.tasks, "N",
+                      "tasks of the array; default: by the measured time per frame")
           .range(1, 100000));
   add(command
           .add_option("--task-minutes", job.task_minutes, "M",
-                      "frames for at least so long in each task (2)")
+                      "minimum time that the frames of a task take, in minutes (2)")
           .range(0.01, 10000.0));
   add(command
           .add_option("--max-tasks", job.max_tasks, "N",
@@ -68,7 +70,9 @@ void add_farm_options(Command command, SlurmRequest& job) {
   add(command
           .add_option("--mem", job.memory, "SIZE", "memory of a task; default: by what is measured")
           .bytes());
-  add(command.add_option("--minutes", job.minutes, "M", "time limit of a task; default: by time")
+  add(command
+          .add_option("--minutes", job.minutes, "M",
+                      "time limit of a task; default: by the measured time per frame")
           .range(1, 1000000));
   add(command
           .add_option("--sbatch", job.directives, "OPTION",
@@ -87,7 +91,7 @@ void add_submit(CommandLine& line) {
       "  0 submitted or printed   1 nothing is left to render   2 usage\n"
       "  3 bad scene or model   4 cannot write   5 no sbatch, or it refuses\n"
       "  75, 130, 143 stopped by a signal");
-  command.add_option("engine", options->engine, "ENGINE", "slurm").required().choices({"slurm"});
+  command.add_option("engine", options->scheduler, "ENGINE", "slurm").required().choices({"slurm"});
   command.add_option("scene", options->job.scene, "SCENE", "the scene file").required();
   command.add_option("-o,--output", options->job.output, "FILE",
                      "frame.####.exr or .png on storage that all machines share");

@@ -11,7 +11,7 @@ namespace polymorph {
 namespace {
 
 Status check_vertices(const MemoryMesh& mesh, const std::string& file) {
-  constexpr float kMaxCoordinate = 1e15f;
+  constexpr float kMaxCoordinate = 1e15f;  // as in OBJ files (text_lines.cpp)
   if (mesh.vertices.size() > std::numeric_limits<std::int32_t>::max())
     return make_error(ErrorCode::kInput, "{}: has {} vertices - use a smaller mesh", file,
                       mesh.vertices.size());
@@ -57,6 +57,7 @@ ObjScan to_scan(const MemoryMesh& mesh) {
   for (const std::uint32_t size : mesh.face_sizes) {
     ObjFace& face = scan.faces.emplace_back();
     face.corners = size;
+    // Messages name the face's index in place of a line.
     face.line = static_cast<std::uint32_t>(scan.faces.size()) - 1;
   }
   scan.corners.resize(mesh.corners.size());
