@@ -1,5 +1,5 @@
-// Voxel surface (the report's matrix skin, 2.1.2.1): every inside point of the grid is a cube of
-// one cell, of which the faces towards outside points are drawn.
+// Voxel surface ("matrix skin", section 2.1.2.1 of Gilbert 2010; docs/method.md): every inside
+// point of the grid is a cube of one cell, of which the faces towards outside points are drawn.
 #pragma once
 
 #include <cstdint>
@@ -33,14 +33,18 @@ struct EmitCubes {
     const std::int64_t vertex = first[b].first, triangle = first[b].second;
     if (counts[b].first == 0 || vertex + counts[b].first > positions.size ||
         vertex + counts[b].first > normals.size || triangle + counts[b].second > triangles.size) {
-      return;
+      return;  // a buffer is too small; the caller enlarges it and runs this pass again
     }
     const Int3 at = bricks[b].at;
     team.each(kRows, [&](int r) {
       const std::uint32_t row = rows[b * kRows + r];
       const std::uint32_t flags = inside[b * kLines + line_of_row(r)];
+      // Each crossed edge has one square, so the count of crossed edges before this row (which
+      // other surfaces use for their vertices) numbers the row's first square.
       std::int64_t face = vertices_before(row);
       for (std::uint32_t edges = row_edges(row); edges != 0; edges &= edges - 1, ++face) {
+        // Bit 3 x + axis is the edge from point x along `axis`. Bricks begin one point before their
+        // first cell.
         const int bit = countr_zero(edges), x = bit / 3;
         const Int3 p = {at.x * kBrickCells + x - 1, at.y * kBrickCells + r % kBrickCells - 1,
                         at.z * kBrickCells + r / kBrickCells - 1};

@@ -45,7 +45,8 @@ Result<FramePattern> parse_pattern(const std::string& text) {
       const auto d = text.find('d', i);
       const auto digits =
           d == std::string::npos ? std::nullopt : parse_integer(text.substr(i + 1, d - i - 1));
-      if (!digits || text[i + 1] != '0' || *digits < 1 || *digits > 18)
+      constexpr int kMaxDigits = 18;  // of a long long
+      if (!digits || text[i + 1] != '0' || *digits < 1 || *digits > kMaxDigits)
         return make_error(
             ErrorCode::kUsage,
             "{}: after % only a frame number as in %04d can stand - write %% for a percent sign",

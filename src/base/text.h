@@ -32,8 +32,8 @@ enum class LineBreaks { kKeep, kReplace };
 /// of writing by '?'.
 std::string printable(std::string_view text, LineBreaks line_breaks = LineBreaks::kReplace);
 
-/// Replaces those characters of JSON text from DEL (U+007F) on that printable() replaces by \\u
-/// escapes, which do not change the parsed values.
+/// Makes JSON text printable without changing the parsed values: characters from DEL (U+007F) on
+/// that printable() would replace become \\u escapes.
 std::string printable_json(std::string text);
 
 /// Escapes `text` for a JSON string.

@@ -118,7 +118,8 @@ void add_channel(const std::string& name, Imf::Header& header) {
 }
 
 /// The channel names of each layer, by the layer's name, which is the channel's name up to the last
-/// dot. The channels R, G, B and A are the layer kColorPart.
+/// dot; a channel without a dot, such as Z, is a layer of its own. The channels R, G, B and A are
+/// the layer kColorPart.
 using Layers = std::map<std::string, std::vector<std::string>>;
 constexpr const char* kColorPart = "rgba";
 
@@ -145,8 +146,8 @@ std::vector<Attribute> list_cryptomatte_entries(const Image& image, const std::s
   return entries;
 }
 
-/// Makes a header for each part, one part per layer. The first part has the colours and, except for
-/// those of Cryptomattes, the only copy of the image's entries.
+/// Makes a header for each part, one part per layer. The first part has the colours and all of the
+/// image's entries; the others repeat only the entries of the Cryptomatte that they belong to.
 Result<std::vector<Imf::Header>> make_part_headers(const Image& image, const Layers& layers,
                                                    const ExrSettings& settings) {
   std::vector<std::string> order;
@@ -227,8 +228,8 @@ Status check_channels(const Image& image) {
   return Ok{};
 }
 
-/// Sets up OpenEXR's thread pool, which compresses the chunks, and returns its size. The bytes do
-/// not depend on the number of threads.
+/// Sets up OpenEXR's thread pool, which compresses the chunks. Returns the number of its threads to
+/// use; 0 stands for the caller's thread alone. The bytes do not depend on the number of threads.
 int prepare_exr_threads() {
   const int count = thread_count() > 1 ? thread_count() : 0;
   static std::mutex mutex;

@@ -13,7 +13,8 @@ namespace polymorph {
 namespace {
 
 /// A step to one of the 26 neighbours. It is 12 units long along an axis, 17 along a face's
-/// diagonal and 21 along a cube's; the error is below 1.1 % (chamfer distance; Borgefors 1986).
+/// diagonal and 21 along a cube's, within 1.1 % of the exact lengths. Distances in other directions
+/// are longer (geodesic_distances(); chamfer distances, Borgefors 1986).
 struct Step {
   Int3 offset;
   std::uint8_t length = 0;
@@ -45,12 +46,14 @@ Int3 grid_coordinates(const Grid& grid, std::uint32_t index) {
 }
 Int3 offset_by(Int3 p, Int3 offset) { return {p.x + offset.x, p.y + offset.y, p.z + offset.z}; }
 
-/// Half the extent of the box around the points where a ball's exponent w - q is above -`margin`.
+/// Half the extent of the box around the points where a ball's exponent w - a d^T shape d, with the
+/// offset d from its centre, is above -`margin`.
 Vec3 half_extent(const Ball& ball, float margin) {
   const Sym3& s = ball.shape;
   const float radius = std::sqrt(std::max(ball.w + margin, 0.0f) / ball.a);
   const auto half_side = [&](float p, float q, float r) {
-    return radius * std::sqrt(std::max(p * q - r * r, 0.0f));  // diagonal of the inverse of `shape`
+    // A diagonal element of the inverse of `shape`, whose determinant is 1.
+    return radius * std::sqrt(std::max(p * q - r * r, 0.0f));
   };
   return {half_side(s.yy, s.zz, s.yz), half_side(s.xx, s.zz, s.xz), half_side(s.xx, s.yy, s.xy)};
 }
@@ -311,8 +314,8 @@ bool VoxelSolid::contains(Vec3d place) const { return voxel_at(*this, place) != 
 
 VoxelSolid voxel_solid(const std::vector<Ball>& balls) {
   // The number of voxels on a coarse grid gives the cell size for about kTargetCount voxels.
-  constexpr int kCoarse = 48, kFine = 96;  // cells along the longest side
-  constexpr double kTargetCount = 20000;   // voxels
+  constexpr int kMin = 24, kCoarse = 48, kFine = 96;  // cells along the longest side
+  constexpr double kTargetCount = 20000;              // voxels
   VoxelSolid solid;
   solid.grid = grid_over(balls, kCoarse);
   if (!(solid.grid.cell > 0)) return solid;
@@ -320,7 +323,7 @@ VoxelSolid voxel_solid(const std::vector<Ball>& balls) {
   const double count = std::accumulate(inside.begin(), inside.end(), 0.0);
   if (!(count > 0)) return solid;
   const int cells =
-      std::clamp(static_cast<int>(kCoarse * cube_root(kTargetCount / count)), 24, kFine);
+      std::clamp(static_cast<int>(kCoarse * cube_root(kTargetCount / count)), kMin, kFine);
   if (cells != kCoarse) {
     solid.grid = grid_over(balls, cells);
     inside = mark_inside(balls, solid.grid);

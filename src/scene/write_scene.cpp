@@ -119,6 +119,7 @@ class SchemaWriter {
     T value;
     add(key, doc, {{"type", "array"}, {"items", make_schema(value, keyed_)}});
   }
+  // Former keys, and the defaults that actors inherit, concern the reader alone.
   void retired(const char*, const char*) {}
   void before_actors(Scene&) {}
   /// Adds the list of actors, and the keys of a single actor's chain, which may replace it.
@@ -130,7 +131,8 @@ class SchemaWriter {
   }
 
   /// Writes the schema of a struct, with the alternatives that its JSON may have: the value of
-  /// T::kShort alone, the path or shape of an object, and a chain or a blend of an actor.
+  /// the key that T::kShort names alone, the path or shape of an object, and a chain or a blend of
+  /// an actor.
   template <class T>
   static JsonValue make_schema(T& value, bool keyed = false) {
     SchemaWriter inner(keyed);
@@ -208,7 +210,9 @@ class SchemaWriter {
   }
 };
 
-/// Visitor that writes the settings of a struct into `json`. Paths are relative to `folder`.
+/// Visitor that writes the settings of a struct into `json`. Paths are relative to `folder`;
+/// `pointer` is the JSON pointer of the struct ("/camera"), which its keyframes in `tracks` begin
+/// with.
 class FieldWriter {
  public:
   FieldWriter(std::filesystem::path folder, const std::vector<KeyframeTrack>& tracks,

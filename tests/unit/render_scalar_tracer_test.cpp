@@ -368,7 +368,7 @@ TEST(ScalarTracer, SumsThatFillTheMemoryAreLeftToTheCpu) {
   job.samples = {0, 512, 512};
   EXPECT_EQ(find_device_obstacle(job), "");
   job.samples = {16, 4096, 4096};  // eight nodes a pixel
-  EXPECT_NE(find_device_obstacle(job).find("so large pictures"), std::string::npos);
+  EXPECT_NE(find_device_obstacle(job).find("pictures of this size"), std::string::npos);
 }
 
 TEST(ScalarTracer, MemoryIsLimitedToWhatIsAllowed) {

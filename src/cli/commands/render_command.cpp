@@ -45,7 +45,8 @@ Result<std::optional<SampleRange>> apply_samples(Scene& scene, const std::string
   return number ? std::nullopt : std::optional(range);
 }
 
-/// Converts the options to settings of the run. `sample_range`: apply_samples().
+/// Converts the options to settings of the run. `sample_range`: the
+/// result of apply_samples().
 Result<SequenceSettings> sequence_settings(const CommandLine& line, const RenderOptions& options,
                                            const Scene& scene,
                                            const std::optional<SampleRange>& sample_range) {
@@ -59,6 +60,7 @@ Result<SequenceSettings> sequence_settings(const CommandLine& line, const Render
     settings.frames = take_shard(settings.frames, shard);
   }
   PM_TRY(const FrameFiles files, frame_files(scene, options.output, options.png, is_sequence));
+  // A range of samples is rendered as a part of each picture, which some settings forbid.
   if (sample_range) PM_TRY_STATUS(check_part(scene, files));
   settings.part = sample_range;
   settings.exr = files.exr;
@@ -141,7 +143,7 @@ constexpr int kTurntableFrames = 72;  // 5 degrees per frame
 
 /// Loads the scene with a camera that goes round once (--turntable). The camera circles a model, or
 /// the still frame that -f names, or the scene while the film runs. If -f names a still frame,
-/// `frames` is cleared, so that all frames of the turntable are rendered.
+/// its text in `frames` is cleared, so that all frames of the turntable are rendered.
 Result<Scene> load_turntable(const RenderOptions& options, std::span<const Override> overrides,
                              std::string& frames) {
   if (std::filesystem::path(options.scene).extension() != ".json" && !is_numbered(options.scene))

@@ -30,9 +30,9 @@ struct Decoded : PmOiioImage {
 /// Pixels of a picture or of a part of an OpenEXR file.
 struct Part {
   int index = 0;         ///< index of the picture or part in the file
-  OIIO::ImageSpec spec;  ///< layout, with an additional channel for each channel of large ids
-  std::vector<unsigned char> ids;  ///< PmOiioImage::ids of the part's channels
-  std::vector<float> pixels;       ///< data window; after to_display_window() the display window
+  OIIO::ImageSpec spec;  ///< layout, with the channels that split_large_ids() adds
+  std::vector<unsigned char> is_id_channel;  ///< per channel, PmOiioImage::ids
+  std::vector<float> pixels;  ///< data window; after to_display_window() the display window
 };
 
 void fail(Decoded& image, PmOiioFailure failure, std::string reason) {
@@ -54,8 +54,8 @@ void set_up_once() {
   (void)done;
 }
 
-/// Tests for entries that describe the encoding, not the picture. They are not copied, because
-/// encoders write their own.
+/// Tests for entries that describe the encoding, not the picture. They are not copied as they are:
+/// encoders write their own, and add_display_entries() adds those that matter for display.
 bool is_structural(const std::string& name) {
   static const char* const kNames[] = {"compression",
                                        "PixelAspectRatio",
@@ -167,7 +167,7 @@ bool read_pixels(OIIO::ImageInput& input, Part& part) {
   OIIO::ImageSpec& spec = part.spec;
   const auto count = static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height);
   const int file_channels = spec.nchannels;
-  if (std::count(part.ids.begin(), part.ids.end(), 1) == 0) {
+  if (std::count(part.is_id_channel.begin(), part.is_id_channel.end(), 1) == 0) {
     part.pixels.resize(count * static_cast<std::size_t>(file_channels));
     return input.read_image(part.index, /*miplevel=*/0, /*chbegin=*/0, file_channels,
                             OIIO::TypeFloat, part.pixels.data());
@@ -180,7 +180,8 @@ bool read_pixels(OIIO::ImageInput& input, Part& part) {
     return false;
   const OIIO::ImageSpec file_spec = spec;
   const std::vector<int> split_channels = split_large_ids(native, spec);
-  part.ids.resize(static_cast<std::size_t>(spec.nchannels), 1);  // the added channels hold ids too
+  part.is_id_channel.resize(static_cast<std::size_t>(spec.nchannels),
+                            1);  // the added channels hold ids too
   const auto channels = static_cast<std::size_t>(spec.nchannels);
   part.pixels.resize(count * channels);
   std::size_t offset = 0;
@@ -264,8 +265,8 @@ bool has_usable_size(const OIIO::ImageSpec& spec) {
          spec.depth <= 1 && spec.nchannels >= 1;
 }
 
-/// Lists the parts of an OpenEXR file that are joined to one picture: all parts if they are flat
-/// and have the same display window, else the first.
+/// Lists the parts of an OpenEXR file that are joined to one picture: all parts if they are flat,
+/// have usable sizes, the same display window and not too many channels together; else the first.
 std::vector<Part> list_joined_parts(OIIO::ImageInput& input, const OIIO::ImageSpec& first) {
   constexpr int kMaxChannels = 256;  // of all parts together; limits:channels bounds each
   std::vector<Part> parts(1);
@@ -289,8 +290,8 @@ std::vector<Part> list_joined_parts(OIIO::ImageInput& input, const OIIO::ImageSp
 /// counts twice, because it may be split.
 double needed_bytes(const Part& part) {
   const OIIO::ImageSpec& spec = part.spec;
-  const auto channels =
-      static_cast<double>(spec.nchannels + std::count(part.ids.begin(), part.ids.end(), 1));
+  const auto channels = static_cast<double>(
+      spec.nchannels + std::count(part.is_id_channel.begin(), part.is_id_channel.end(), 1));
   return channels * sizeof(float) *
          std::max(1.0 * spec.width * spec.height, 1.0 * spec.full_width * spec.full_height);
 }
@@ -308,7 +309,8 @@ void join_parts(std::vector<Part> parts, Decoded& image) {
       known_names.insert(name);
       image.names.push_back(std::move(name));
     }
-    image.id_store.insert(image.id_store.end(), part.ids.begin(), part.ids.end());
+    image.id_store.insert(image.id_store.end(), part.is_id_channel.begin(),
+                          part.is_id_channel.end());
   }
   image.channels = static_cast<int>(image.names.size());
   if (parts.size() == 1) {
@@ -349,7 +351,8 @@ void decode(const PmOiioRequest& request, Decoded& image) {
   double needed = 0;
   int channels = 0;
   for (Part& part : parts) {
-    for (int c = 0; c < part.spec.nchannels; ++c) part.ids.push_back(exr && is_id(part.spec, c));
+    for (int c = 0; c < part.spec.nchannels; ++c)
+      part.is_id_channel.push_back(exr && is_id(part.spec, c));
     needed += needed_bytes(part);
     channels += part.spec.nchannels;
   }
@@ -378,6 +381,7 @@ void decode(const PmOiioRequest& request, Decoded& image) {
   image.pixels = image.pixel_store.data();
   image.integer_format = !exr && !spec.format.is_floating_point();
   image.straight_alpha = spec.get_int_attribute("oiio:UnassociatedAlpha") != 0;
+  // The pictures of an OpenEXR file are its parts. Joined parts are one picture.
   count_pictures(*input, static_cast<double>(request.max_bytes), image);
   if (exr && image.picture_count > 1) list_parts(*input, image);
   if (is_joined) image.picture_count = 1;

@@ -58,6 +58,8 @@ class TriangleDeviation {
   }
 
  private:
+  /// A piece whose bound is at most this is not divided: its distance is negligible, or exceeds the
+  /// largest one found by no more than the precision.
   float threshold() const {
     return std::max(settings_.negligible, furthest_ + settings_.precision);
   }
@@ -114,7 +116,7 @@ class TriangleDeviation {
   const MeshQuery& other_;
   const DeviationSettings& settings_;
   float furthest_ = 0;                    ///< largest distance of a point evaluated so far
-  std::vector<std::uint32_t> witnesses_;  ///< with repetitions
+  std::vector<std::uint32_t> witnesses_;  ///< witnesses of the pieces, with repetitions
   Deviation::PerTriangle result_;
 };
 

@@ -152,8 +152,8 @@ std::vector<float> compute_distances(const Grid& grid, const std::vector<std::ui
 }
 
 Grid make_grid_around(const Box& box, float cell, float radius) {
-  // The border must be free: its points must be further from the model than the radius plus the
-  // 0.87 cells of a wall.
+  // The border must be free: its points must be further from the model than the radius plus half a
+  // cell's diagonal, 0.87 cells (mark_wall_points()). 4 cells leave some to spare.
   const float margin = radius + 4 * cell;
   const auto count = [&](float size) {
     return static_cast<int>(std::ceil((size + 2 * margin) / cell)) + 1;
@@ -176,7 +176,7 @@ std::vector<std::uint8_t> mark_wall_points(const Grid& grid, const ClosestPointQ
                    static_cast<int>(b / bx / by) * kBlock};
     const Vec3 middle =
         grid_point(grid, {low.x + kBlock / 2, low.y + kBlock / 2, low.z + kBlock / 2});
-    // No point of this block can be a wall point.
+    // If the surface is that far from the middle, the block has no wall points.
     if (surface.closest(middle, max_block_distance).triangle == ClosestPoint::kNoTriangle) return;
     for (int z = low.z; z < std::min(low.z + kBlock, grid.points.z); ++z)
       for (int y = low.y; y < std::min(low.y + kBlock, grid.points.y); ++y)
@@ -250,7 +250,8 @@ VoxelSurface make_surface_nets(const Voxels& voxels) {
   const Int3 n = voxels.grid.points;
   VoxelSurface surface;
   std::vector<std::uint32_t> vertex(voxels.count(), kNoIndex);  // per cell, by its lowest corner
-  // The clamped depth has the sign that agrees with `solid`.
+  // make_manifold() changes `solid` but not `depth`. The depth is clamped to the sign that `solid`
+  // tells, and to at least 0.01 cells, so that the crossing below is well defined.
   const auto clamped_depth = [&](std::size_t i) {
     return voxels.solid[i] ? std::max(voxels.depth[i], 0.01f) : std::min(voxels.depth[i], -0.01f);
   };
@@ -290,7 +291,8 @@ VoxelSurface make_surface_nets(const Voxels& voxels) {
         for (std::size_t axis = 0; axis < 3; ++axis) {
           if (voxels.solid[i] == voxels.solid[i + stride[axis]]) continue;
           const std::size_t u = stride[(axis + 1) % 3], v = stride[(axis + 2) % 3];
-          // The quad is counter-clockwise around the axis if its lower end is solid.
+          // The quad is counter-clockwise as seen from the edge's upper end. If the lower end is
+          // empty, its order is reversed, so that it faces outward.
           std::array<std::uint32_t, 4> q{vertex[i - u - v], vertex[i - v], vertex[i],
                                          vertex[i - u]};
           if (!voxels.solid[i]) std::swap(q[1], q[3]);

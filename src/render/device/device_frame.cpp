@@ -18,7 +18,8 @@ class Packer {
   template <class T>
   const T* put(const T* from, std::size_t count) {
     static_assert(std::is_trivially_copyable_v<T>);
-    constexpr std::size_t kAlignment = 32;
+    constexpr std::size_t kAlignment = 32;  // bytes
+    static_assert(alignof(T) <= kAlignment);
     const std::size_t start = size_;
     size_ += (count * sizeof(T) + kAlignment - 1) / kAlignment * kAlignment;
     if (bytes_ && count > 0) std::memcpy(bytes_ + start, from, count * sizeof(T));
@@ -109,8 +110,9 @@ SkyTables pack_sky(const SkyTables& sky, Packer& packer) {
   return packed;
 }
 
-/// Tests whether a layer's borders use a split hierarchy. A search in it returns any of several
-/// equally close points, and a GPU may return another one than the CPU.
+/// Tests whether a layer's borders use a hierarchy whose triangles are split among several leaves,
+/// as made for models of thousands of long triangles. A search in it returns any of several equally
+/// close points, and a GPU may return another one than the CPU.
 bool has_split_borders(const MaterialLayer& layer) {
   return !layer.borders.border_index.empty() && layer.borders.closest->view().is_split;
 }
@@ -118,12 +120,14 @@ bool has_split_borders(const MaterialLayer& layer) {
 }  // namespace
 
 std::string find_device_obstacle(const FrameJob& job) {
-  // Maximum size, in bytes, of the sums of all nodes, which are copied back at once.
+  // Maximum bytes of the pixels' sums, one per pixel and node of the tree of samples
+  // (list_nodes()). They are copied back at once.
   constexpr double kMaxSums = 2e9;
   if (static_cast<double>(job.image.width) * job.image.height *
           static_cast<double>(list_nodes(job.samples).size()) * sizeof(PixelSum) >
       kMaxSums)
-    return "so large pictures (image.width x image.height, or fewer --samples)";
+    return "pictures of this size - lower image.width or image.height, or render fewer samples "
+           "at once with --samples";
   for (std::uint32_t m = 0; m < job.world.geometry->mesh_count(); ++m)
     if (any_layer(job.world.geometry->mesh(m), has_split_borders))
       return "borders of charts and materials of a model of thousands of long triangles";
@@ -132,7 +136,7 @@ std::string find_device_obstacle(const FrameJob& job) {
 
 DeviceBuffers size_buffers(const FrameJob& job, const DeviceFrame& frame, std::size_t frame_bytes,
                            std::size_t max_memory) {
-  // Maximum number of paths per launch; it bounds the memory of their lights.
+  // Maximum number of paths per launch; it bounds the memory of their results (PathLight).
   constexpr std::size_t kMaxPaths = std::size_t{1} << 22;
   const auto width = static_cast<std::size_t>(job.image.width),
              height = static_cast<std::size_t>(job.image.height);
@@ -170,7 +174,9 @@ std::size_t pack_frame(const FrameJob& job, const void* address, std::byte* byte
   std::vector<DeviceTracedMesh> meshes;
   for (std::uint32_t m = 0; m < geometry.mesh_count(); ++m)
     meshes.push_back(pack_mesh(geometry.mesh_to_trace(m), packer));
-  frame.scene = {packer.put(meshes), {}, {}, 0, geometry.bounds(), geometry.slack()};
+  // The hierarchy is built on the device.
+  frame.scene = {packer.put(meshes), /*nodes=*/{},      /*triangles=*/{},
+                 /*root=*/0,         geometry.bounds(), geometry.slack()};
   frame.camera = job.camera;
   frame.camera.filter = packer.put(job.camera.filter, 1);
   frame.sampler = job.sampler;

@@ -64,7 +64,8 @@ PM_HD bool mark_converged(int width, int height, float noise, const Total& total
         for (int c = std::max(column - 1, 0); c < std::min(column + 2, columns); ++c)
           continues = continues || noisy[r][c];
       for_pixels_of_block(row, column, [&](int x, int y) {
-        // A stopped pixel never continues, because its samples must be the sequence's first 2^k.
+        // A pixel that has stopped stays done, even if a neighbour becomes noisy: it has missed
+        // rounds, and its samples must be the first of the sequence without a gap.
         if (!continues) done(x, y) = true;
         any_left = any_left || !done(x, y);
       });
