@@ -109,15 +109,19 @@ std::vector<float> measure_coarse(const Solid& solid, const Grid& coarse) {
       std::int64_t{coarse.points.y} * coarse.points.z,
       [&](std::int64_t line) {
         bool point_is_inside = false;
-        float last_distance = 0;
+        ClosestPoint last;
+        Vec3 last_point;
         for (int x = 0; x < coarse.points.x; ++x) {
           const std::int64_t n = line * coarse.points.x + x;
           const Vec3 p = grid_point(coarse, array3_position(coarse.points, n));
-          const ClosestPoint closest = solid.closest.closest(p);
-          if (x == 0 || !is_on_same_side(solid, closest.distance, coarse.cell, last_distance))
+          const ClosestPoint closest =
+              x == 0 ? solid.closest.closest(p) : solid.closest.closest(p, last_point, last);
+          if (x == 0 || !is_on_same_side(solid, closest.distance, coarse.cell, last.distance))
             point_is_inside = is_inside(solid, p);
-          last_distance = closest.distance;
-          values[static_cast<std::size_t>(n)] = point_is_inside ? last_distance : -last_distance;
+          last = closest;
+          last_point = p;
+          values[static_cast<std::size_t>(n)] =
+              point_is_inside ? closest.distance : -closest.distance;
           hidden[static_cast<std::size_t>(n)] = is_hidden(solid, p, closest, point_is_inside);
         }
       },
@@ -166,13 +170,16 @@ void measure_block(const Solid& solid, Int3 first, float max_distance, DistanceG
         Point& point = points[i];
         point.at = {first.x + x, first.y + y, first.z + z};
         point.position = grid_point(result.grid, point.at);
-        point.closest = solid.closest.closest(point.position, max_distance);
         // The previous point along x; in the first column along y; in the first row along z.
         point.neighbour = x > 0   ? index(x - 1, y, z)
                           : y > 0 ? index(x, y - 1, z)
                                   : index(x, y, std::max(z - 1, 0));
+        const Point& neighbour = points[point.neighbour];
+        point.closest = i == 0 ? solid.closest.closest(point.position, max_distance)
+                               : solid.closest.closest(point.position, neighbour.position,
+                                                       neighbour.closest, max_distance);
         point.follows = i > 0 && is_on_same_side(solid, point.closest.distance, solid.cell,
-                                                 points[point.neighbour].closest.distance);
+                                                 neighbour.closest.distance);
         if (point.follows) continue;
         tested[test_count] = i;
         tested_positions[test_count++] = point.position;
