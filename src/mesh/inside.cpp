@@ -1,9 +1,5 @@
 #include "mesh/inside.h"
 
-#if defined(__AVX__)
-#include <immintrin.h>
-#endif
-
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -16,6 +12,7 @@
 #include "base/parallel.h"
 #include "base/result.h"
 #include "kernels/linear.h"
+#include "mesh/four_doubles.h"
 #include "mesh/solid_angle.h"
 #include "mesh/vertex_clustering.h"
 
@@ -50,37 +47,14 @@ struct Moments {
   double trace = 0;  ///< trace of the second moment
 };
 
-// Explicit vectors (GCC and Clang): points whose winding numbers are computed at the same time.
-constexpr int kEyes = 4;
-using Doubles [[gnu::vector_size(kEyes * sizeof(double))]] = double;
-using Integers [[gnu::vector_size(kEyes * sizeof(double))]] = std::int64_t;
+constexpr int kEyes = 4;  ///< points whose winding numbers are computed at the same time
 
 struct Eyes {
-  Doubles x = {}, y = {}, z = {};  ///< positions in the frame of the tree
-  int count = 0;                   ///< number of lanes that are used
+  FourDoubles x = {}, y = {}, z = {};  ///< positions in the frame of the tree
+  int count = 0;                       ///< number of lanes that are used
 };
 
-/// Makes a mask of the lanes that are not 0, but -1.
-unsigned mask_of(Integers lanes) {
-#if defined(__AVX__)
-  return static_cast<unsigned>(_mm256_movemask_pd(reinterpret_cast<__m256d>(lanes)));
-#else
-  unsigned mask = 0;
-  for (int k = 0; k < kEyes; ++k) mask |= lanes[k] != 0 ? 1u << k : 0u;
-  return mask;
-#endif
-}
-
-Doubles square_roots(Doubles a) {
-#if defined(__AVX__)
-  return _mm256_sqrt_pd(a);
-#else
-  for (int k = 0; k < kEyes; ++k) a[k] = std::sqrt(a[k]);
-  return a;
-#endif
-}
-
-Integers broadcast_integer(std::int64_t a) { return Integers{a, a, a, a}; }
+FourIntegers broadcast_integer(std::int64_t a) { return FourIntegers{a, a, a, a}; }
 
 /// Multiplicities of a leaf's triangles.
 struct LeafDigits {
@@ -133,7 +107,7 @@ struct InsideTest::Tree {
   /// Calls add_leaf(mask, index) for the leaves that are near to eyes, in the order of the nodes;
   /// bit k of the mask stands for eye k. Returns the winding numbers of the other nodes.
   template <class AddLeaf>
-  Doubles visit(const Eyes& eyes, const AddLeaf& add_leaf) const;
+  FourDoubles visit(const Eyes& eyes, const AddLeaf& add_leaf) const;
   bool parity(Vec3d q) const;
   bool ray_crosses(const Triangle& t, Vec3d q) const;
 };
@@ -248,27 +222,28 @@ void InsideTest::Tree::add_leaf(std::span<const std::uint32_t> order, MeshView m
 }
 
 template <class AddLeaf>
-Doubles InsideTest::Tree::visit(const Eyes& eyes, const AddLeaf& add_leaf) const {
-  Doubles sum = {};
-  Integers resume = {};  // per eye: the first node that it has not passed yet
+FourDoubles InsideTest::Tree::visit(const Eyes& eyes, const AddLeaf& add_leaf) const {
+  FourDoubles sum = {};
+  FourIntegers resume = {};  // per eye: the first node that it has not passed yet
   for (int k = eyes.count; k < kEyes; ++k) resume[k] = std::numeric_limits<std::int64_t>::max();
   for (std::uint32_t i = 0; i < nodes.size();) {
     const Node& node = nodes[i];
-    const Doubles x = node.center.x - eyes.x, y = node.center.y - eyes.y,
-                  z = node.center.z - eyes.z;
-    const Doubles r2 = x * x + y * y + z * z;
-    const Integers is_here = resume <= std::int64_t{i},
-                   is_far = is_here & (r2 > node.far_distance2);
+    const FourDoubles x = node.center.x - eyes.x, y = node.center.y - eyes.y,
+                      z = node.center.z - eyes.z;
+    const FourDoubles r2 = x * x + y * y + z * z;
+    const FourIntegers is_here = resume <= std::int64_t{i},
+                       is_far = is_here & (r2 > node.far_distance2);
     const unsigned here_mask = mask_of(is_here), far_mask = mask_of(is_far);
     if (far_mask != 0) {
       // The first two terms of the Taylor series of n . r / |r|^3 around the node's centre (Barill
       // et al. 2018, equation 9). Without the second term the sum is off by up to 0.14 on flat
       // models.
       const auto& [dipole, diagonal, mixed, trace] = moments[i];
-      const Doubles first = x * dipole.x + y * dipole.y + z * dipole.z;
-      const Doubles second = (diagonal.x * (x * x) + diagonal.y * (y * y) + diagonal.z * (z * z)) +
-                             (mixed.x * (y * z) + mixed.y * (z * x) + mixed.z * (x * y));
-      const Doubles next = sum + (first + trace - 3 * second / r2) / (r2 * square_roots(r2));
+      const FourDoubles first = x * dipole.x + y * dipole.y + z * dipole.z;
+      const FourDoubles second =
+          (diagonal.x * (x * x) + diagonal.y * (y * y) + diagonal.z * (z * z)) +
+          (mixed.x * (y * z) + mixed.y * (z * x) + mixed.z * (x * y));
+      const FourDoubles next = sum + (first + trace - 3 * second / r2) / (r2 * square_roots(r2));
       sum = is_far ? next : sum;
       resume = is_far ? broadcast_integer(node.skip) : resume;
     }
@@ -296,7 +271,7 @@ void InsideTest::Tree::winding(std::span<const Vec3> from, double* numbers) cons
   };
   if (multiplicities.empty()) {
     AngleSums near[kEyes];
-    const Doubles far = visit(eyes, [&](unsigned mask, std::uint32_t leaf) {
+    const FourDoubles far = visit(eyes, [&](unsigned mask, std::uint32_t leaf) {
       each(mask, [&](int k) { near[k].add(leaves[leaf], eye[k]); });
     });
     for (int k = 0; k < eyes.count; ++k)
@@ -305,7 +280,7 @@ void InsideTest::Tree::winding(std::span<const Vec3> from, double* numbers) cons
   }
   // Sums of the triangles whose multiplicity has a binary digit.
   std::array<AngleSums, kMaxDigits> near[kEyes];
-  const Doubles far = visit(eyes, [&](unsigned mask, std::uint32_t leaf) {
+  const FourDoubles far = visit(eyes, [&](unsigned mask, std::uint32_t leaf) {
     each(mask, [&](int k) {
       const AngleSums::Angles angles = AngleSums::angles(leaves[leaf], eye[k]);
       for (std::uint32_t digit = 0; digit < leaf_digits[leaf].count; ++digit)

@@ -8,6 +8,7 @@
 
 #include "base/exact_math.h"
 #include "base/parallel.h"
+#include "mesh/four_doubles.h"
 
 namespace polymorph {
 namespace {
@@ -135,24 +136,21 @@ Loss compute_loss(const FitPoint& point, double psi, double steepness, double le
   return loss;
 }
 
-// Explicit vectors (GCC and Clang): points of a group that are evaluated at the same time. Every
-// lane makes the operations of a point alone, in the same order.
+/// Number of points that are evaluated at the same time, by the operations of a point alone.
 constexpr std::size_t kLanes = 4;
-using Lanes4 [[gnu::vector_size(kLanes * sizeof(double))]] = double;
-using Masks4 [[gnu::vector_size(kLanes * sizeof(double))]] = std::int64_t;
 
 /// Values of a ball at kLanes points: u = root (x - center), and q, the ball's fraction of the
 /// field.
 struct BallTerms {
-  Lanes4 u[3], q;
+  FourDoubles u[3], q;
 };
 
 /// kLanes points of a group, and the values of its balls there. Reused like GroupBalls.
 struct PointTerms {
-  Lanes4 position[3];
+  FourDoubles position[3];
   std::vector<BallTerms> balls;
-  Lanes4 top, psi;
-  Lanes4 half[3];  ///< grad psi / -2
+  FourDoubles top, psi;
+  FourDoubles half[3];  ///< grad psi / -2
 
   /// Sets the positions of `count` points; unused lanes repeat the last one.
   void set_points(const FitPoint* points, std::size_t count) {
@@ -195,11 +193,11 @@ struct GroupRows {
 };
 
 /// Computes e^x for x <= 0; values below -50 count as -50 (base/exact_math.h).
-inline Lanes4 exponentiate(Lanes4 x) {
-  const Lanes4 a = x > -50.0 ? x : Lanes4{} - 50.0;
-  const Lanes4 shifted = a * (1 / exact::kLn2) + 0x1.8p52, n = shifted - 0x1.8p52;
-  const Lanes4 r = (a - n * 0x1.62e42feep-1) - n * 0x1.a39ef35793c76p-33;
-  Lanes4 p = r * (1.0 / 479001600) + 1.0 / 39916800;
+inline FourDoubles exponentiate(FourDoubles x) {
+  const FourDoubles a = x > -50.0 ? x : FourDoubles{} - 50.0;
+  const FourDoubles shifted = a * (1 / exact::kLn2) + 0x1.8p52, n = shifted - 0x1.8p52;
+  const FourDoubles r = (a - n * 0x1.62e42feep-1) - n * 0x1.a39ef35793c76p-33;
+  FourDoubles p = r * (1.0 / 479001600) + 1.0 / 39916800;
   p = p * r + 1.0 / 3628800;
   p = p * r + 1.0 / 362880;
   p = p * r + 1.0 / 40320;
@@ -211,29 +209,30 @@ inline Lanes4 exponentiate(Lanes4 x) {
   p = p * r + 0.5;
   p = p * r + 1;
   p = p * r + 1;
-  return std::bit_cast<Lanes4>(std::bit_cast<Masks4>(p) + (std::bit_cast<Masks4>(shifted) << 52));
+  return std::bit_cast<FourDoubles>(std::bit_cast<FourIntegers>(p) +
+                                    (std::bit_cast<FourIntegers>(shifted) << 52));
 }
 
 /// Sums over the balls of a group, in four partial sums.
 struct FourSums {
-  Lanes4 partial[4] = {};
-  void add(std::size_t ball, Lanes4 value) { partial[ball % 4] += value; }
-  Lanes4 total() const { return (partial[0] + partial[1]) + (partial[2] + partial[3]); }
+  FourDoubles partial[4] = {};
+  void add(std::size_t ball, FourDoubles value) { partial[ball % 4] += value; }
+  FourDoubles total() const { return (partial[0] + partial[1]) + (partial[2] + partial[3]); }
 };
 
 /// Fills u and, in place of q, the logarithms of the balls' contributions; sets `top` to the
 /// largest.
 void compute_logarithms(const GroupBalls& group, PointTerms& at) {
-  const Lanes4 x = at.position[0], y = at.position[1], z = at.position[2];
-  Lanes4 top = {};
+  const FourDoubles x = at.position[0], y = at.position[1], z = at.position[2];
+  FourDoubles top = {};
   for (std::size_t k = 0; k < group.size(); ++k) {
     const GroupBall& ball = group.balls[k];
     BallTerms& terms = at.balls[k];
-    const Lanes4 dx = x - ball.center[0], dy = y - ball.center[1], dz = z - ball.center[2];
-    Lanes4 q = Lanes4{} + ball.w;
+    const FourDoubles dx = x - ball.center[0], dy = y - ball.center[1], dz = z - ball.center[2];
+    FourDoubles q = FourDoubles{} + ball.w;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const double* r = ball.root[axis];
-      const Lanes4 u = r[0] * dx + r[1] * dy + r[2] * dz;
+      const FourDoubles u = r[0] * dx + r[1] * dy + r[2] * dz;
       terms.u[axis] = u;
       q -= u * u;
     }
@@ -247,11 +246,11 @@ void compute_logarithms(const GroupBalls& group, PointTerms& at) {
 void compute_weights(PointTerms& at) {
   FourSums sums;
   for (std::size_t k = 0; k < at.balls.size(); ++k) {
-    const Lanes4 q = exponentiate(at.balls[k].q - at.top);
+    const FourDoubles q = exponentiate(at.balls[k].q - at.top);
     at.balls[k].q = q;
     sums.add(k, q);
   }
-  const Lanes4 sum = sums.total();
+  const FourDoubles sum = sums.total();
   for (BallTerms& terms : at.balls) terms.q /= sum;
   for (std::size_t k = 0; k < kLanes; ++k) at.psi[k] = at.top[k] + exact::log(sum[k]);
 }
@@ -351,10 +350,9 @@ void list_balls(const PointTerms& terms, std::vector<std::uint32_t> (&taken)[kLa
   constexpr double kMinWeight = 5e-3;
   for (auto& list : taken) list.clear();
   for (std::size_t k = 0; k < terms.balls.size(); ++k) {
-    const Masks4 is_taken = terms.balls[k].q > kMinWeight;
-    if (((is_taken[0] | is_taken[1]) | (is_taken[2] | is_taken[3])) == 0) continue;
-    for (std::size_t lane = 0; lane < kLanes; ++lane)
-      if (is_taken[lane] != 0) taken[lane].push_back(static_cast<std::uint32_t>(k));
+    const FourIntegers is_taken = terms.balls[k].q > kMinWeight;
+    for (unsigned mask = mask_of(is_taken); mask != 0; mask &= mask - 1)
+      taken[std::countr_zero(mask)].push_back(static_cast<std::uint32_t>(k));
   }
 }
 
