@@ -47,22 +47,13 @@ struct Solid {
   bool is_shell = false;   ///< all faces are sheets: nothing is inside
 };
 
-/// A neighbouring point whose distance and side are known.
-struct KnownNeighbour {
-  float spacing = 0;  ///< distance from the neighbour
-  float distance = 0;
-  bool is_inside = false;
-};
-
 bool is_inside(const Solid& solid, Vec3 p) { return !solid.is_shell && solid.inside.inside(p); }
 
-/// Tests whether a point is inside. No face is nearer to a point than its distance, so a neighbour
-/// within that distance (1 % less, because of rounding) is on the same side of a closed model. Then
-/// the winding number is not computed.
-bool is_inside(const Solid& solid, Vec3 p, float distance, const KnownNeighbour& known) {
-  const bool is_same_side =
-      solid.is_closed && std::max(distance, known.distance) > 1.01f * known.spacing;
-  return is_same_side ? known.is_inside : is_inside(solid, p);
+/// Tests whether a point is on the same side as a known neighbour for certain. No face is nearer to
+/// a point than its distance, so a neighbour within that distance (1 % less, because of rounding)
+/// is on the same side of a closed model. Then the winding number is not computed.
+bool is_on_same_side(const Solid& solid, float distance, float spacing, float known_distance) {
+  return solid.is_closed && std::max(distance, known_distance) > 1.01f * spacing;
 }
 
 /// Tests whether the closest face lies inside the solid, so that the boundary is further away: a
@@ -117,17 +108,21 @@ std::vector<float> measure_coarse(const Solid& solid, const Grid& coarse) {
   parallel_for(
       std::int64_t{coarse.points.y} * coarse.points.z,
       [&](std::int64_t line) {
-        KnownNeighbour previous{coarse.cell};
+        bool point_is_inside = false;
+        ClosestPoint last;
+        Vec3 last_point;
         for (int x = 0; x < coarse.points.x; ++x) {
           const std::int64_t n = line * coarse.points.x + x;
           const Vec3 p = grid_point(coarse, array3_position(coarse.points, n));
-          const ClosestPoint closest = solid.closest.closest(p);
-          previous.is_inside =
-              x == 0 ? is_inside(solid, p) : is_inside(solid, p, closest.distance, previous);
-          previous.distance = closest.distance;
+          const ClosestPoint closest =
+              x == 0 ? solid.closest.closest(p) : solid.closest.closest(p, last_point, last);
+          if (x == 0 || !is_on_same_side(solid, closest.distance, coarse.cell, last.distance))
+            point_is_inside = is_inside(solid, p);
+          last = closest;
+          last_point = p;
           values[static_cast<std::size_t>(n)] =
-              previous.is_inside ? previous.distance : -previous.distance;
-          hidden[static_cast<std::size_t>(n)] = is_hidden(solid, p, closest, previous.is_inside);
+              point_is_inside ? closest.distance : -closest.distance;
+          hidden[static_cast<std::size_t>(n)] = is_hidden(solid, p, closest, point_is_inside);
         }
       },
       /*grain=*/4);
@@ -150,28 +145,56 @@ void set_near(const Solid& solid, Vec3 p, const ClosestPoint& closest, bool poin
 
 /// Sets the values near the surface in one block of kCoarse^3 points.
 void measure_block(const Solid& solid, Int3 first, float max_distance, DistanceGrid& result) {
+  constexpr std::size_t kPoints = kCoarse * kCoarse * kCoarse;
+  struct Point {
+    Int3 at;
+    Vec3 position;
+    ClosestPoint closest;
+    std::size_t neighbour = 0;  ///< index of a point that is on the same side, if `follows`
+    bool follows = false, is_inside = false;
+  };
+  Point points[kPoints];
   const Int3 n = result.grid.points;
   const Int3 end{std::min(first.x + kCoarse, n.x), std::min(first.y + kCoarse, n.y),
                  std::min(first.z + kCoarse, n.z)};
-  float distance[kCoarse][kCoarse][kCoarse];
-  bool inside[kCoarse][kCoarse][kCoarse];
+  const auto index = [](int x, int y, int z) {
+    return static_cast<std::size_t>((z * kCoarse + y) * kCoarse + x);
+  };
+  // Points whose side is tested.
+  std::size_t tested[kPoints], test_count = 0;
+  Vec3 tested_positions[kPoints];
   for (int z = 0; z < end.z - first.z; ++z)
     for (int y = 0; y < end.y - first.y; ++y)
       for (int x = 0; x < end.x - first.x; ++x) {
-        const Int3 at{first.x + x, first.y + y, first.z + z};
-        const Vec3 p = grid_point(result.grid, at);
-        const ClosestPoint closest = solid.closest.closest(p, max_distance);
-        distance[z][y][x] = closest.distance;
+        const std::size_t i = index(x, y, z);
+        Point& point = points[i];
+        point.at = {first.x + x, first.y + y, first.z + z};
+        point.position = grid_point(result.grid, point.at);
         // The previous point along x; in the first column along y; in the first row along z.
-        const Int3 before{x > 0 ? x - 1 : x, x == 0 && y > 0 ? y - 1 : y,
-                          x == 0 && y == 0 && z > 0 ? z - 1 : z};
-        const bool is_first = x == 0 && y == 0 && z == 0;
-        inside[z][y][x] = is_first ? is_inside(solid, p)
-                                   : is_inside(solid, p, closest.distance,
-                                               {solid.cell, distance[before.z][before.y][before.x],
-                                                inside[before.z][before.y][before.x]});
-        if (closest.triangle != ClosestPoint::kNoTriangle)
-          set_near(solid, p, closest, inside[z][y][x], result.values[array3_index(n, at)]);
+        point.neighbour = x > 0   ? index(x - 1, y, z)
+                          : y > 0 ? index(x, y - 1, z)
+                                  : index(x, y, std::max(z - 1, 0));
+        const Point& neighbour = points[point.neighbour];
+        point.closest = i == 0 ? solid.closest.closest(point.position, max_distance)
+                               : solid.closest.closest(point.position, neighbour.position,
+                                                       neighbour.closest, max_distance);
+        point.follows = i > 0 && is_on_same_side(solid, point.closest.distance, solid.cell,
+                                                 neighbour.closest.distance);
+        if (point.follows) continue;
+        tested[test_count] = i;
+        tested_positions[test_count++] = point.position;
+      }
+  std::uint8_t sides[kPoints] = {};
+  if (!solid.is_shell) solid.inside.inside({tested_positions, test_count}, sides);
+  for (std::size_t k = 0; k < test_count; ++k) points[tested[k]].is_inside = sides[k] != 0;
+  for (int z = 0; z < end.z - first.z; ++z)
+    for (int y = 0; y < end.y - first.y; ++y)
+      for (int x = 0; x < end.x - first.x; ++x) {
+        Point& point = points[index(x, y, z)];
+        if (point.follows) point.is_inside = points[point.neighbour].is_inside;
+        if (point.closest.triangle != ClosestPoint::kNoTriangle)
+          set_near(solid, point.position, point.closest, point.is_inside,
+                   result.values[array3_index(n, point.at)]);
       }
 }
 

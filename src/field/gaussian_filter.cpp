@@ -21,33 +21,45 @@ void filter_gaussian(Int3 n, float sigma, std::vector<float>& values) {
     sum += weights.back();
   }
   for (float& w : weights) w /= sum;
-  // Filters along one axis. A line consists of `count` runs of `width` adjacent values. Runs begin
-  // `step` values apart and are filtered as wholes, so that memory is read in order.
-  const auto filter_lines = [&](std::size_t lines, std::size_t line_stride, int count,
-                                std::size_t step, std::size_t width) {
-    parallel_for(static_cast<std::int64_t>(lines), [&](std::int64_t l) {
-      float* line = values.data() + static_cast<std::size_t>(l) * line_stride;
-      std::vector<float> copy(static_cast<std::size_t>(count) * width);
+  const auto row = static_cast<std::size_t>(n.x), layer = row * static_cast<std::size_t>(n.y);
+  // Filters along x: each line is copied with its ends repeated `radius` times.
+  parallel_for(
+      std::int64_t{n.y} * n.z,
+      [&](std::int64_t l) {
+        float* line = values.data() + static_cast<std::size_t>(l) * row;
+        const auto margin = static_cast<std::size_t>(radius);
+        std::vector<float> copy(row + 2 * margin, line[0]);
+        std::copy_n(line, row, copy.data() + margin);
+        std::fill_n(copy.data() + margin + row, margin, line[row - 1]);
+        std::fill_n(line, row, 0.0f);
+        for (std::size_t k = 0; k < weights.size(); ++k)
+          for (std::size_t x = 0; x < row; ++x) line[x] += weights[k] * copy[x + k];
+      },
+      16);
+  // Filters along another axis. A plane consists of `count` rows, which begin `step` values apart
+  // and are filtered as wholes, so that memory is read in order.
+  const auto filter_planes = [&](int planes, std::size_t plane_stride, int count,
+                                 std::size_t step) {
+    parallel_for(planes, [&](std::int64_t p) {
+      float* plane = values.data() + static_cast<std::size_t>(p) * plane_stride;
+      std::vector<float> copy(static_cast<std::size_t>(count) * row);
       for (int i = 0; i < count; ++i)
-        std::copy_n(line + static_cast<std::size_t>(i) * step, width,
-                    copy.data() + static_cast<std::size_t>(i) * width);
+        std::copy_n(plane + static_cast<std::size_t>(i) * step, row,
+                    copy.data() + static_cast<std::size_t>(i) * row);
       for (int i = 0; i < count; ++i) {
-        float* to = line + static_cast<std::size_t>(i) * step;
-        std::fill_n(to, width, 0.0f);
+        float* to = plane + static_cast<std::size_t>(i) * step;
+        std::fill_n(to, row, 0.0f);
         for (int k = -radius; k <= radius; ++k) {
           const float w = weights[static_cast<std::size_t>(k + radius)];
           const float* from =
-              copy.data() + static_cast<std::size_t>(std::clamp(i + k, 0, count - 1)) * width;
-          for (std::size_t x = 0; x < width; ++x) to[x] += w * from[x];
+              copy.data() + static_cast<std::size_t>(std::clamp(i + k, 0, count - 1)) * row;
+          for (std::size_t x = 0; x < row; ++x) to[x] += w * from[x];
         }
       }
     });
   };
-  const auto row = static_cast<std::size_t>(n.x), layer = row * static_cast<std::size_t>(n.y);
-  filter_lines(static_cast<std::size_t>(n.y) * static_cast<std::size_t>(n.z), row, n.x, /*step=*/1,
-               /*width=*/1);
-  filter_lines(static_cast<std::size_t>(n.z), layer, n.y, row, row);
-  filter_lines(static_cast<std::size_t>(n.y), row, n.z, layer, row);
+  filter_planes(n.z, layer, n.y, row);
+  filter_planes(n.y, row, n.z, layer);
 }
 
 }  // namespace polymorph

@@ -195,6 +195,10 @@ void smooth_thin_parts(const Model& model, float thinnest, DistanceGrid& distanc
   const float near = 1.5f * radius, far = 2.5f * radius;
   const std::vector<std::uint16_t> squares =
       squared_ridge_distances(distances, radius, static_cast<int>(std::floor(far / cell)) + 1);
+  const float far2 = far * far / (cell * cell);
+  if (std::none_of(squares.begin(), squares.end(),
+                   [&](std::uint16_t square) { return static_cast<float>(square) < 1.01f * far2; }))
+    return;  // no point is near to a ridge
   const auto falloff = [&](float distance) {
     const float t = std::clamp((far - distance) / (far - near), 0.0f, 1.0f);
     return t * t * (3 - 2 * t);

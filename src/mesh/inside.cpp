@@ -12,6 +12,7 @@
 #include "base/parallel.h"
 #include "base/result.h"
 #include "kernels/linear.h"
+#include "mesh/four_doubles.h"
 #include "mesh/solid_angle.h"
 #include "mesh/vertex_clustering.h"
 
@@ -28,16 +29,38 @@ constexpr std::uint32_t kMaxDigits = 20, kMaxMultiplicity = (1u << kMaxDigits) -
 struct Node {
   Vec3d center;              ///< area-weighted centroid
   double far_distance2 = 0;  ///< (beta * radius)^2
-  Vec3d dipole;              ///< sum of area vectors n, times their multiplicities
-  /// Moment of the area vectors: with M the sum of n m^T, m a triangle's centroid less `center`,
+  std::uint32_t skip = 0;    ///< the node that follows this node's subtree
+  std::uint32_t count = 0;   ///< number of triangles of a leaf, else 0
+  std::uint32_t leaf = 0;    ///< index in Tree::leaves, if count > 0
+  std::uint32_t first = 0;   ///< first index in Tree::triangles
+};
+
+struct NodeBox {
+  Vec3d low, high;
+};
+
+/// Moments of the area vectors of a node's triangles.
+struct Moments {
+  Vec3d dipole;  ///< sum of area vectors
+  /// With M the sum of n m^T, n the area vectors and m the triangles' centroids less the centre:
   /// components xx, yy, zz of M and yz, zx, xy of M + M^T.
   Vec3d diagonal, off_diagonal;
-  Vec3d low, high;                     ///< box
-  std::uint32_t first = 0, count = 0;  ///< range of Tree::triangles, if count > 0
-  std::uint32_t leaf = 0;              ///< index in Tree::leaves, if count > 0
-  std::uint32_t mask = 0;    ///< first index in Tree::masks, if triangles have multiplicities
-  std::uint32_t digits = 0;  ///< binary digits of the multiplicities; one mask per digit
-  std::uint32_t skip = 0;    ///< the node that follows this node's subtree
+  double trace = 0;  ///< trace of the second moment
+};
+
+constexpr int kEyes = 4;  ///< points whose winding numbers are computed at the same time
+
+struct Eyes {
+  FourDoubles x = {}, y = {}, z = {};  ///< positions in the frame of the tree
+  int count = 0;                       ///< number of lanes that are used
+};
+
+FourIntegers broadcast_integer(std::int64_t a) { return FourIntegers{a, a, a, a}; }
+
+/// Multiplicities of a leaf's triangles.
+struct LeafDigits {
+  std::uint32_t mask = 0;   ///< first index in Tree::masks
+  std::uint32_t count = 0;  ///< binary digits of the multiplicities; one mask per digit
 };
 
 }  // namespace
@@ -49,8 +72,11 @@ struct InsideTest::Tree {
   double scale = 1;
   std::array<Vec3d, 3> axis{Vec3d(1, 0, 0), Vec3d(0, 1, 0), Vec3d(0, 0, 1)};
   std::vector<Vec3d> points;
-  std::vector<Triangle> triangles;  ///< sorted by leaf
-  std::vector<Node> nodes;          ///< depth first
+  std::vector<Triangle> triangles;      ///< sorted by leaf
+  std::vector<Node> nodes;              ///< depth first
+  std::vector<Moments> moments;         ///< one per node
+  std::vector<NodeBox> boxes;           ///< one per node
+  std::vector<LeafDigits> leaf_digits;  ///< one per leaf, if triangles have multiplicities
   /// Corners per leaf, in model coordinates: solid angles do not depend on the frame.
   std::vector<AngleSums::Triangles> leaves;
   std::vector<std::uint32_t> multiplicities;  ///< one per model triangle; empty: all 1
@@ -71,12 +97,18 @@ struct InsideTest::Tree {
   /// `centers`: centroids of all triangles.
   void build_node(std::span<std::uint32_t> order, std::uint32_t first,
                   const std::vector<Vec3d>& centers, MeshView mesh);
-  /// Computes the node's box, centre, radius and moments.
-  void compute_moments(Node& node, std::span<const std::uint32_t> order, MeshView mesh) const;
-  /// Adds the node's triangles to `leaves` and `masks`.
-  void add_leaf(Node& node, std::span<const std::uint32_t> order, MeshView mesh);
-  double winding(Vec3 point) const;
-  /// Tests whether the ray from q along +z, in the frame, crosses an odd number of triangles.
+  /// Computes the box, centre, radius and moments of node `self`.
+  void compute_moments(std::size_t self, std::span<const std::uint32_t> order, MeshView mesh);
+  /// Adds a leaf of these triangles to `leaves` and, if they have multiplicities, to `leaf_digits`
+  /// and `masks`.
+  void add_leaf(std::span<const std::uint32_t> order, MeshView mesh);
+  /// Computes the winding numbers of at most kEyes points. Each is the same alone and beside
+  /// others, but points near to each other visit the same nodes.
+  void winding(std::span<const Vec3> from, double* numbers) const;
+  /// Calls add_leaf(mask, index) for the leaves that are near to eyes, in the order of the nodes;
+  /// bit k of the mask stands for eye k. Returns the winding numbers of the other nodes.
+  template <class AddLeaf>
+  FourDoubles visit(const Eyes& eyes, const AddLeaf& add_leaf) const;
   bool parity(Vec3d q) const;
   bool ray_crosses(const Triangle& t, Vec3d q) const;
 };
@@ -93,25 +125,27 @@ void InsideTest::Tree::build(MeshView mesh) {
   if (!order.empty()) build_node(order, 0, centers, mesh);
 }
 
-void InsideTest::Tree::compute_moments(Node& node, std::span<const std::uint32_t> order,
-                                       MeshView mesh) const {
+void InsideTest::Tree::compute_moments(std::size_t self, std::span<const std::uint32_t> order,
+                                       MeshView mesh) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  node.low = {kInfinity, kInfinity, kInfinity};
-  node.high = node.low * -1;
+  Node& node = nodes[self];
+  Moments& sums = moments[self];
+  NodeBox& box = boxes[self];
+  box.low = {kInfinity, kInfinity, kInfinity};
+  box.high = box.low * -1;
   double area = 0;
   Vec3d weighted_sum, centroid_sum;
   for (const std::uint32_t t : order) {
     const auto& v = mesh.triangles[t].v;
     const Vec3d a = points[v[0]], b = points[v[1]], c = points[v[2]];
     const Vec3d doubled_area = cross(b - a, c - a);
-    node.dipole = node.dipole + doubled_area * (0.5 * multiplicity(t));
+    sums.dipole = sums.dipole + doubled_area * (0.5 * multiplicity(t));
     area += length(doubled_area);
     weighted_sum = weighted_sum + (a + b + c) * (length(doubled_area) / 3);
     centroid_sum = centroid_sum + (a + b + c) * (1.0 / 3);
     for (const Vec3d p : {a, b, c}) {
-      node.low = {std::min(node.low.x, p.x), std::min(node.low.y, p.y), std::min(node.low.z, p.z)};
-      node.high = {std::max(node.high.x, p.x), std::max(node.high.y, p.y),
-                   std::max(node.high.z, p.z)};
+      box.low = {std::min(box.low.x, p.x), std::min(box.low.y, p.y), std::min(box.low.z, p.z)};
+      box.high = {std::max(box.high.x, p.x), std::max(box.high.y, p.y), std::max(box.high.z, p.z)};
     }
   }
   node.center = area > 0 ? weighted_sum * (1 / area)
@@ -124,10 +158,11 @@ void InsideTest::Tree::compute_moments(Node& node, std::span<const std::uint32_t
                 c = points[v[2]] - node.center;
     for (const Vec3d r : {a, b, c}) radius2 = std::max(radius2, dot(r, r));
     const Vec3d n = cross(b - a, c - a) * (0.5 * multiplicity(t)), m = (a + b + c) * (1.0 / 3);
-    node.diagonal = node.diagonal + Vec3d(n.x * m.x, n.y * m.y, n.z * m.z);
-    node.off_diagonal = node.off_diagonal +
+    sums.diagonal = sums.diagonal + Vec3d(n.x * m.x, n.y * m.y, n.z * m.z);
+    sums.off_diagonal = sums.off_diagonal +
                         Vec3d(n.y * m.z + n.z * m.y, n.z * m.x + n.x * m.z, n.x * m.y + n.y * m.x);
   }
+  sums.trace = sums.diagonal.x + sums.diagonal.y + sums.diagonal.z;
   node.far_distance2 = kBeta * kBeta * radius2;
 }
 
@@ -135,16 +170,17 @@ void InsideTest::Tree::build_node(std::span<std::uint32_t> order, std::uint32_t 
                                   const std::vector<Vec3d>& centers, MeshView mesh) {
   const std::size_t self = nodes.size();
   nodes.emplace_back();
-  Node node;
-  compute_moments(node, order, mesh);
-  node.first = first;
+  moments.emplace_back();
+  boxes.emplace_back();
+  compute_moments(self, order, mesh);
+  nodes[self].first = first;
   if (order.size() <= kLeafTriangles) {
-    node.count = static_cast<std::uint32_t>(order.size());
-    node.leaf = static_cast<std::uint32_t>(leaves.size());
+    nodes[self].count = static_cast<std::uint32_t>(order.size());
+    nodes[self].leaf = static_cast<std::uint32_t>(leaves.size());
     for (const std::uint32_t t : order) triangles.push_back(mesh.triangles[t]);
-    add_leaf(node, order, mesh);
+    add_leaf(order, mesh);
   } else {
-    const Vec3d size = node.high - node.low;
+    const Vec3d size = boxes[self].high - boxes[self].low;
     const auto along = [&](std::uint32_t t) {
       const Vec3d& c = centers[t];
       return size.x >= size.y && size.x >= size.z ? c.x : size.y >= size.z ? c.y : c.z;
@@ -158,11 +194,10 @@ void InsideTest::Tree::build_node(std::span<std::uint32_t> order, std::uint32_t 
     build_node(order.first(half), first, centers, mesh);
     build_node(order.subspan(half), first + static_cast<std::uint32_t>(half), centers, mesh);
   }
-  node.skip = static_cast<std::uint32_t>(nodes.size());
-  nodes[self] = node;
+  nodes[self].skip = static_cast<std::uint32_t>(nodes.size());
 }
 
-void InsideTest::Tree::add_leaf(Node& node, std::span<const std::uint32_t> order, MeshView mesh) {
+void InsideTest::Tree::add_leaf(std::span<const std::uint32_t> order, MeshView mesh) {
   AngleSums::Triangles& leaf = leaves.emplace_back();
   for (std::size_t k = 0; k < AngleSums::kLanes; ++k)
     for (std::size_t i = 0; i < 3; ++i) {
@@ -176,10 +211,11 @@ void InsideTest::Tree::add_leaf(Node& node, std::span<const std::uint32_t> order
   if (multiplicities.empty()) return;
   std::uint32_t used_digits = 0;
   for (const std::uint32_t t : order) used_digits |= multiplicity(t);
-  node.mask = static_cast<std::uint32_t>(masks.size());
-  node.digits = static_cast<std::uint32_t>(std::bit_width(used_digits));
-  digits = std::max(digits, node.digits);
-  for (std::uint32_t digit = 0; digit < node.digits; ++digit) {
+  const LeafDigits own{static_cast<std::uint32_t>(masks.size()),
+                       static_cast<std::uint32_t>(std::bit_width(used_digits))};
+  leaf_digits.push_back(own);
+  digits = std::max(digits, own.count);
+  for (std::uint32_t digit = 0; digit < own.count; ++digit) {
     unsigned mask = 0;
     for (std::size_t k = 0; k < order.size(); ++k)
       mask |= (multiplicity(order[k]) >> digit & 1u) << k;
@@ -187,42 +223,79 @@ void InsideTest::Tree::add_leaf(Node& node, std::span<const std::uint32_t> order
   }
 }
 
-double InsideTest::Tree::winding(Vec3 point) const {
-  const Vec3d q = to_frame(point), eye(point);
-  AngleSums near;  // near triangles; with multiplicities, those of odd multiplicity
-  double far_sum = 0;
-  std::optional<std::array<AngleSums, kMaxDigits>> digit_sums;
-  if (!multiplicities.empty()) digit_sums.emplace();
+template <class AddLeaf>
+FourDoubles InsideTest::Tree::visit(const Eyes& eyes, const AddLeaf& add_leaf) const {
+  FourDoubles sum = {};
+  FourIntegers resume = {};  // per eye: the first node that it has not passed yet
+  for (int k = eyes.count; k < kEyes; ++k) resume[k] = std::numeric_limits<std::int64_t>::max();
   for (std::uint32_t i = 0; i < nodes.size();) {
     const Node& node = nodes[i];
-    const Vec3d r = node.center - q;
-    const double r2 = dot(r, r);
-    if (r2 > node.far_distance2) {
+    const FourDoubles x = node.center.x - eyes.x, y = node.center.y - eyes.y,
+                      z = node.center.z - eyes.z;
+    const FourDoubles r2 = x * x + y * y + z * z;
+    const FourIntegers is_here = resume <= std::int64_t{i},
+                       is_far = is_here & (r2 > node.far_distance2);
+    const unsigned here_mask = mask_of(is_here), far_mask = mask_of(is_far);
+    if (far_mask != 0) {
       // The first two terms of the Taylor series of n . r / |r|^3 around the node's centre (Barill
       // et al. 2018, equation 9). Without the second term the sum is off by up to 0.14 on flat
       // models.
-      const Vec3d squares(r.x * r.x, r.y * r.y, r.z * r.z), mixed(r.y * r.z, r.z * r.x, r.x * r.y);
-      const double trace = node.diagonal.x + node.diagonal.y + node.diagonal.z;
-      const double r_moment_r = dot(node.diagonal, squares) + dot(node.off_diagonal, mixed);
-      far_sum += (dot(r, node.dipole) + trace - 3 * r_moment_r / r2) / (r2 * std::sqrt(r2));
+      const auto& [dipole, diagonal, mixed, trace] = moments[i];
+      const FourDoubles first = x * dipole.x + y * dipole.y + z * dipole.z;
+      const FourDoubles second =
+          (diagonal.x * (x * x) + diagonal.y * (y * y) + diagonal.z * (z * z)) +
+          (mixed.x * (y * z) + mixed.y * (z * x) + mixed.z * (x * y));
+      const FourDoubles next = sum + (first + trace - 3 * second / r2) / (r2 * square_roots(r2));
+      sum = is_far ? next : sum;
+      resume = is_far ? broadcast_integer(node.skip) : resume;
+    }
+    if (here_mask == far_mask) {  // no eye enters the node, and none resumes within its subtree
       i = node.skip;
       continue;
     }
-    if (node.count > 0 && digit_sums) {
-      const AngleSums::Angles angles = AngleSums::angles(leaves[node.leaf], eye);
-      for (std::uint32_t digit = 0; digit < node.digits; ++digit)
-        if (const unsigned mask = masks[node.mask + digit])
-          (digit == 0 ? near : (*digit_sums)[digit]).add(angles, mask);
-    } else if (node.count > 0) {
-      near.add(leaves[node.leaf], eye);
-    }
+    if (node.count > 0) add_leaf(here_mask & ~far_mask, node.leaf);
     ++i;
   }
-  double sum = near.sum();
-  for (std::uint32_t digit = 1; digit < digits; ++digit)
-    sum += std::ldexp((*digit_sums)[digit].sum(), static_cast<int>(digit));
-  // `sum` is of half solid angles, far_sum of solid angles.
-  return sum / (2 * std::numbers::pi) + far_sum / (4 * std::numbers::pi);
+  return sum / (4 * std::numbers::pi);
+}
+
+void InsideTest::Tree::winding(std::span<const Vec3> from, double* numbers) const {
+  Eyes eyes;
+  eyes.count = static_cast<int>(from.size());
+  Vec3d eye[kEyes];
+  for (int k = 0; k < eyes.count; ++k) {
+    eye[k] = Vec3d(from[k]);
+    const Vec3d q = to_frame(from[k]);
+    eyes.x[k] = q.x, eyes.y[k] = q.y, eyes.z[k] = q.z;
+  }
+  const auto each = [](unsigned mask, const auto& f) {
+    for (; mask != 0; mask &= mask - 1) f(std::countr_zero(mask));
+  };
+  if (multiplicities.empty()) {
+    AngleSums near[kEyes];
+    const FourDoubles far = visit(eyes, [&](unsigned mask, std::uint32_t leaf) {
+      each(mask, [&](int k) { near[k].add(leaves[leaf], eye[k]); });
+    });
+    for (int k = 0; k < eyes.count; ++k)
+      numbers[k] = near[k].sum() / (2 * std::numbers::pi) + far[k];
+    return;
+  }
+  // Sums of the triangles whose multiplicity has a binary digit.
+  std::array<AngleSums, kMaxDigits> near[kEyes];
+  const FourDoubles far = visit(eyes, [&](unsigned mask, std::uint32_t leaf) {
+    each(mask, [&](int k) {
+      const AngleSums::Angles angles = AngleSums::angles(leaves[leaf], eye[k]);
+      for (std::uint32_t digit = 0; digit < leaf_digits[leaf].count; ++digit)
+        if (const unsigned taken = masks[leaf_digits[leaf].mask + digit])
+          near[k][digit].add(angles, taken);
+    });
+  });
+  for (int k = 0; k < eyes.count; ++k) {
+    double sum = near[k][0].sum();
+    for (std::uint32_t digit = 1; digit < digits; ++digit)
+      sum += std::ldexp(near[k][digit].sum(), static_cast<int>(digit));
+    numbers[k] = sum / (2 * std::numbers::pi) + far[k];
+  }
 }
 
 // Tests first whether q lies in the triangle's projection along the ray (+z). Each edge is
@@ -249,8 +322,9 @@ bool InsideTest::Tree::parity(Vec3d q) const {
   bool is_odd = false;
   for (std::uint32_t i = 0; i < nodes.size();) {
     const Node& node = nodes[i];
-    if (q.x < node.low.x || q.x > node.high.x || q.y < node.low.y || q.y > node.high.y ||
-        q.z > node.high.z) {
+    const NodeBox& box = boxes[i];
+    if (q.x < box.low.x || q.x > box.high.x || q.y < box.low.y || q.y > box.high.y ||
+        q.z > box.high.z) {
       i = node.skip;
       continue;
     }
@@ -291,21 +365,52 @@ InsideTest& InsideTest::operator=(InsideTest&&) noexcept = default;
 
 bool InsideTest::inside(Vec3 point) const {
   return rule_ == InsideRule::kParity ? tree_->parity(tree_->to_frame(point))
-                                      : tree_->winding(point) >= 0.5;
+                                      : winding_number(point) >= 0.5;
 }
 
-double InsideTest::winding_number(Vec3 point) const { return tree_->winding(point); }
+double InsideTest::winding_number(Vec3 point) const {
+  double number = 0;
+  tree_->winding({&point, 1}, &number);
+  return number;
+}
+
+void InsideTest::winding_numbers(std::span<const Vec3> points, std::span<double> numbers) const {
+  // Points further from each other visit few nodes together.
+  constexpr double kNear = 0.1;  // of the model's diagonal
+  for (std::size_t i = 0; i < points.size();) {
+    const std::size_t limit = std::min<std::size_t>(kEyes, points.size() - i);
+    std::size_t count = 1;
+    while (count < limit &&
+           static_cast<double>(length(points[i + count] - points[i])) * tree_->scale < kNear)
+      ++count;
+    tree_->winding(points.subspan(i, count), &numbers[i]);
+    i += count;
+  }
+}
 
 std::vector<std::uint8_t> InsideTest::inside(std::span<const Vec3> points) const {
   std::vector<std::uint8_t> are_inside(points.size());
-  parallel_for(
-      static_cast<std::int64_t>(points.size()),
-      [&](std::int64_t i) {
-        const auto k = static_cast<std::size_t>(i);
-        are_inside[k] = inside(points[k]) ? 1 : 0;
-      },
-      /*grain=*/256);
+  parallel_ranges(static_cast<std::int64_t>(points.size()), 256,
+                  [&](std::int64_t begin, std::int64_t end) {
+                    const auto first = static_cast<std::size_t>(begin),
+                               count = static_cast<std::size_t>(end - begin);
+                    inside(points.subspan(first, count), std::span(are_inside).subspan(first));
+                  });
   return are_inside;
+}
+
+void InsideTest::inside(std::span<const Vec3> points, std::span<std::uint8_t> are_inside) const {
+  if (rule_ == InsideRule::kParity) {
+    for (std::size_t i = 0; i < points.size(); ++i) are_inside[i] = inside(points[i]) ? 1 : 0;
+    return;
+  }
+  constexpr std::size_t kBlock = 64;
+  double numbers[kBlock];
+  for (std::size_t first = 0; first < points.size(); first += kBlock) {
+    const auto block = points.subspan(first, std::min(kBlock, points.size() - first));
+    winding_numbers(block, numbers);
+    for (std::size_t k = 0; k < block.size(); ++k) are_inside[first + k] = numbers[k] >= 0.5;
+  }
 }
 
 }  // namespace polymorph

@@ -3,10 +3,10 @@
 
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 
 #include "base/exact_math.h"
 #include "kernels/linear.h"
+#include "mesh/four_doubles.h"
 
 namespace polymorph {
 
@@ -39,52 +39,33 @@ class AngleSums {
     double num[kLanes], den[kLanes];
   };
   static Angles angles(const Triangles& triangles, Vec3d eye) {
-    const auto& p = triangles.corner;
     Angles angles;
-    for (int k = 0; k < kLanes; ++k) {
-      const HalfAngle angle = half_solid_angle(
-          {static_cast<double>(p[0][k]) - eye.x, static_cast<double>(p[1][k]) - eye.y,
-           static_cast<double>(p[2][k]) - eye.z},
-          {static_cast<double>(p[3][k]) - eye.x, static_cast<double>(p[4][k]) - eye.y,
-           static_cast<double>(p[5][k]) - eye.z},
-          {static_cast<double>(p[6][k]) - eye.x, static_cast<double>(p[7][k]) - eye.y,
-           static_cast<double>(p[8][k]) - eye.z});
-      angles.num[k] = angle.num;
-      angles.den[k] = angle.den;
+    for (int first = 0; first < kLanes; first += kWidth) {
+      const FourAngles four = four_angles(triangles, first, eye);
+      store_four(angles.num + first, four.num);
+      store_four(angles.den + first, four.den);
     }
     return angles;
   }
 
   /// Adds the angles of the triangles whose bit is set in `mask`.
   void add(const Angles& angles, unsigned mask = (1u << kLanes) - 1) {
-    bool is_large_or_small = false;
+    unsigned out_of_range = 0;
     for (int first = 0; first < kLanes; first += kWidth) {
-      Doubles num, den, re, im, turns;
-      Integers bits;
+      FourIntegers bits;
       for (int k = 0; k < kWidth; ++k) bits[k] = std::int64_t{mask >> (first + k) & 1u};
-      std::memcpy(&num, angles.num + first, sizeof num);
-      std::memcpy(&den, angles.den + first, sizeof den);
-      std::memcpy(&re, re_ + first, sizeof re);
-      std::memcpy(&im, im_ + first, sizeof im);
-      std::memcpy(&turns, turns_ + first, sizeof turns);
-      // A triangle with a corner at the eye adds nothing.
-      const Integers is_added = (bits != 0) & ((num != 0.0) | (den != 0.0));
-      const Doubles factor_re = is_added ? den : ones(), factor_im = is_added ? num : zero();
-      const Doubles new_re = re * factor_re - im * factor_im,
-                    new_im = im * factor_re + re * factor_im;
-      // Count full turns as add_angle() does.
-      turns += ((im >= 0.0) & (factor_im >= 0.0) & (new_im < 0.0)) ? ones() : zero();
-      turns -= ((im < 0.0) & (factor_im < 0.0) & (new_im >= 0.0)) ? ones() : zero();
-      const Doubles size = (new_re < 0.0 ? -new_re : new_re) + (new_im < 0.0 ? -new_im : new_im);
-      const Integers is_out_of_range = (size < 1e-100) | (size > 1e100);
-      for (int k = 0; k < kWidth; ++k) is_large_or_small |= is_out_of_range[k] != 0;
-      std::memcpy(re_ + first, &new_re, sizeof re);
-      std::memcpy(im_ + first, &new_im, sizeof im);
-      std::memcpy(turns_ + first, &turns, sizeof turns);
+      out_of_range |= add_four(
+          first, {load_four(angles.num + first), load_four(angles.den + first)}, bits != 0);
     }
-    if (is_large_or_small) rescale();
+    if (out_of_range != 0) rescale();
   }
-  void add(const Triangles& triangles, Vec3d eye) { add(angles(triangles, eye)); }
+  void add(const Triangles& triangles, Vec3d eye) {
+    unsigned out_of_range = 0;
+    for (int first = 0; first < kLanes; first += kWidth)
+      out_of_range |=
+          add_four(first, four_angles(triangles, first, eye), FourIntegers{-1, -1, -1, -1});
+    if (out_of_range != 0) rescale();
+  }
 
   /// The sum of the half solid angles, in radians.
   double sum() const {
@@ -98,12 +79,56 @@ class AngleSums {
   }
 
  private:
-  // Explicit vectors (GCC and Clang), because neither compiler vectorizes these comparisons itself.
   static constexpr int kWidth = 4;
-  using Doubles [[gnu::vector_size(kWidth * sizeof(double))]] = double;
-  using Integers [[gnu::vector_size(kWidth * sizeof(double))]] = std::int64_t;
-  static Doubles zero() { return Doubles{}; }
-  static Doubles ones() { return Doubles{1, 1, 1, 1}; }
+  static FourDoubles zero() { return FourDoubles{}; }
+  static FourDoubles ones() { return FourDoubles{1, 1, 1, 1}; }
+
+  /// Four half solid angles, as HalfAngle.
+  struct FourAngles {
+    FourDoubles num, den;
+  };
+  struct FourVectors {
+    FourDoubles x, y, z;
+  };
+  static FourDoubles dot_four(const FourVectors& a, const FourVectors& b) {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+  }
+  /// Computes half_solid_angle() of the triangles `first` to `first` + 3.
+  static FourAngles four_angles(const Triangles& triangles, int first, Vec3d eye) {
+    const auto corner = [&](int i) {
+      const auto& p = triangles.corner;
+      return FourVectors{load_four(p[3 * i] + first) - eye.x,
+                         load_four(p[3 * i + 1] + first) - eye.y,
+                         load_four(p[3 * i + 2] + first) - eye.z};
+    };
+    const FourVectors a = corner(0), b = corner(1), c = corner(2);
+    const FourDoubles la = square_roots(dot_four(a, a)), lb = square_roots(dot_four(b, b)),
+                      lc = square_roots(dot_four(c, c));
+    const FourVectors normal{b.y * c.z - b.z * c.y, b.z * c.x - b.x * c.z, b.x * c.y - b.y * c.x};
+    return {dot_four(a, normal),
+            la * lb * lc + dot_four(a, b) * lc + dot_four(b, c) * la + dot_four(c, a) * lb};
+  }
+
+  /// Multiplies the products of the lanes from `first` on, where `is_taken` is not 0. Returns a
+  /// mask that is not 0 if a product is to be rescaled.
+  unsigned add_four(int first, const FourAngles& angles, FourIntegers is_taken) {
+    const auto& [num, den] = angles;
+    const FourDoubles re = load_four(re_ + first), im = load_four(im_ + first);
+    FourDoubles turns = load_four(turns_ + first);
+    // A triangle with a corner at the eye adds nothing.
+    const FourIntegers is_added = is_taken & ((num != 0.0) | (den != 0.0));
+    const FourDoubles factor_re = is_added ? den : ones(), factor_im = is_added ? num : zero();
+    const FourDoubles new_re = re * factor_re - im * factor_im,
+                      new_im = im * factor_re + re * factor_im;
+    // Count full turns as add_angle() does.
+    turns += ((im >= 0.0) & (factor_im >= 0.0) & (new_im < 0.0)) ? ones() : zero();
+    turns -= ((im < 0.0) & (factor_im < 0.0) & (new_im >= 0.0)) ? ones() : zero();
+    const FourDoubles size = (new_re < 0.0 ? -new_re : new_re) + (new_im < 0.0 ? -new_im : new_im);
+    store_four(re_ + first, new_re);
+    store_four(im_ + first, new_im);
+    store_four(turns_ + first, turns);
+    return mask_of((size < 1e-100) | (size > 1e100));
+  }
 
   /// Adds the angle of a factor to that of a complex number; counts full turns when the sum leaves
   /// (-pi, pi].

@@ -8,6 +8,7 @@
 
 #include "base/exact_math.h"
 #include "base/parallel.h"
+#include "mesh/four_doubles.h"
 
 namespace polymorph {
 namespace {
@@ -16,61 +17,91 @@ using Eigen::Vector3d;
 
 constexpr std::size_t kGroupSize = 32;  // points that use a common list of balls
 
+/// Balls as a structure of arrays, for the bounds of groups.
+struct BallArrays {
+  std::vector<double> center[3], root[3][3], w, norm;
+
+  explicit BallArrays(const std::vector<FitBall>& balls) {
+    for (const FitBall& ball : balls) {
+      for (Eigen::Index r = 0; r < 3; ++r) {
+        center[r].push_back(ball.center[r]);
+        for (Eigen::Index c = 0; c < 3; ++c) root[r][c].push_back(ball.root(r, c));
+      }
+      w.push_back(ball.w);
+      norm.push_back(ball.root.norm());
+    }
+  }
+};
+
+/// Ball of a group, in the order in which its numbers are read.
+struct GroupBall {
+  double center[3], root[3][3], w;
+};
+
 /// Balls that may matter at the points of a group (whose contribution may exceed e^-9 times the
-/// largest), as a structure of arrays. One object is reused for many groups, so that it keeps its
-/// memory.
+/// largest). One object is reused for many groups, so that it keeps its memory.
 class GroupBalls {
  public:
-  std::vector<std::uint32_t> indices;  ///< indices of the balls, ascending
+  std::vector<std::uint32_t> indices;
+  std::vector<GroupBall> balls;
 
-  /// Bounds each ball's contribution on the sphere around the points: there, |u| differs from its
-  /// value at the centre by at most `norms` times the radius. `norms`: compute_norms(all).
-  void collect(const std::vector<FitBall>& all, const std::vector<double>& norms,
-               const FitPoint* points, std::size_t count) {
+  void collect(const BallArrays& all, const FitPoint* points, std::size_t count) {
     constexpr double kNegligible = 9;
     Vector3d low = points[0].point, high = low;
     for (std::size_t i = 1; i < count; ++i) {
       low = low.cwiseMin(points[i].point);
       high = high.cwiseMax(points[i].point);
     }
-    const Vector3d middle = (low + high) / 2;
-    const double radius = (high - low).norm() / 2;
-    upper_bounds_.resize(all.size());
-    double max_lower_bound = -1e300;
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      const double distance = (all[i].root * (middle - all[i].center)).norm();
-      const double extent = norms[i] * radius;
-      const double near = std::max(0.0, distance - extent), far = distance + extent;
-      upper_bounds_[i] = all[i].w - near * near;
-      max_lower_bound = std::max(max_lower_bound, all[i].w - far * far);
-    }
+    const double max_lower_bound = find_bounds(all, (low + high) / 2, (high - low).norm() / 2);
     indices.clear();
-    for (std::size_t i = 0; i < all.size(); ++i)
+    for (std::size_t i = 0; i < upper_bounds_.size(); ++i)
       if (upper_bounds_[i] > max_lower_bound - kNegligible)
         indices.push_back(static_cast<std::uint32_t>(i));
-    data_.resize(13 * indices.size());
+    balls.resize(indices.size());
     for (std::size_t k = 0; k < indices.size(); ++k) {
-      const FitBall& ball = all[indices[k]];
-      double* at = data_.data() + k;
-      const auto put = [&](double value) {
-        *at = value;
-        at += indices.size();
-      };
-      for (int r = 0; r < 3; ++r) put(ball.center[r]);
-      for (int r = 0; r < 3; ++r)
-        for (int c = 0; c < 3; ++c) put(ball.root(r, c));
-      put(ball.w);
+      const std::size_t i = indices[k];
+      GroupBall& ball = balls[k];
+      for (std::size_t r = 0; r < 3; ++r) {
+        ball.center[r] = all.center[r][i];
+        for (std::size_t c = 0; c < 3; ++c) ball.root[r][c] = all.root[r][c][i];
+      }
+      ball.w = all.w[i];
     }
   }
   std::size_t size() const { return indices.size(); }
-  const double* center(std::size_t axis) const { return row(axis); }
-  const double* root(std::size_t r, std::size_t c) const { return row(3 + 3 * r + c); }
-  const double* w() const { return row(12); }
 
  private:
-  const double* row(std::size_t i) const { return data_.data() + i * indices.size(); }
-  /// 13 rows (centre, root, w); and, per ball of the fit, a bound of the contribution's logarithm.
-  std::vector<double> data_, upper_bounds_;
+  /// Sets bounds of the logarithms of the balls' contributions within the radius; returns the
+  /// largest lower one.
+  double find_bounds(const BallArrays& all, const Vector3d& middle, double radius) {
+    const std::size_t count = all.w.size();
+    upper_bounds_.resize(count);
+    lower_bounds_.resize(count);
+    const double *c0 = all.center[0].data(), *c1 = all.center[1].data(), *c2 = all.center[2].data();
+    const double *r00 = all.root[0][0].data(), *r01 = all.root[0][1].data(),
+                 *r02 = all.root[0][2].data(), *r10 = all.root[1][0].data(),
+                 *r11 = all.root[1][1].data(), *r12 = all.root[1][2].data(),
+                 *r20 = all.root[2][0].data(), *r21 = all.root[2][1].data(),
+                 *r22 = all.root[2][2].data(), *w = all.w.data(), *norm = all.norm.data();
+    double* __restrict upper = upper_bounds_.data(), * __restrict lower = lower_bounds_.data();
+    const double mx = middle[0], my = middle[1], mz = middle[2];
+    for (std::size_t i = 0; i < count; ++i) {
+      const double x = mx - c0[i], y = my - c1[i], z = mz - c2[i];
+      const double u0 = r00[i] * x + (r01[i] * y + r02[i] * z),
+                   u1 = r10[i] * x + (r11[i] * y + r12[i] * z),
+                   u2 = r20[i] * x + (r21[i] * y + r22[i] * z);
+      const double distance = std::sqrt(u0 * u0 + (u1 * u1 + u2 * u2)), extent = norm[i] * radius;
+      const double inner = distance - extent, near = inner > 0.0 ? inner : 0.0,
+                   far = distance + extent;
+      upper[i] = w[i] - near * near;
+      lower[i] = w[i] - far * far;
+    }
+    double max_lower_bound = -1e300;
+    for (std::size_t i = 0; i < count; ++i) max_lower_bound = std::max(max_lower_bound, lower[i]);
+    return max_lower_bound;
+  }
+
+  std::vector<double> upper_bounds_, lower_bounds_;
 };
 
 /// A point's residual and loss.
@@ -105,30 +136,30 @@ Loss compute_loss(const FitPoint& point, double psi, double steepness, double le
   return loss;
 }
 
-/// Computes the Frobenius norms of the balls' roots.
-std::vector<double> compute_norms(const std::vector<FitBall>& balls) {
-  std::vector<double> norms;
-  for (const FitBall& ball : balls) norms.push_back(ball.root.norm());
-  return norms;
-}
+/// Number of points that are evaluated at the same time, by the operations of a point alone.
+constexpr std::size_t kLanes = 4;
 
-/// Values at a point per ball of a group: u = root (x - center), and q, the ball's fraction of the
-/// field. Reused like GroupBalls.
-class Terms {
- public:
-  void resize(std::size_t balls) {
-    size_ = balls;
-    data_.resize(5 * balls);
-  }
-  std::size_t size() const { return size_; }
-  double* u(std::size_t axis) { return data_.data() + axis * size_; }
-  double* q() { return u(3); }
-  double* scratch() { return u(4); }  ///< temporary values for sums
-
- private:
-  std::size_t size_ = 0;
-  std::vector<double> data_;
+/// Values of a ball at kLanes points: u = root (x - center), and q, the ball's fraction of the
+/// field.
+struct BallTerms {
+  FourDoubles u[3], q;
 };
+
+/// kLanes points of a group, and the values of its balls there. Reused like GroupBalls.
+struct PointTerms {
+  FourDoubles position[3];
+  std::vector<BallTerms> balls;
+  FourDoubles top, psi;
+  FourDoubles half[3];  ///< grad psi / -2
+
+  /// Sets the positions of `count` points; unused lanes repeat the last one.
+  void set_points(const FitPoint* points, std::size_t count) {
+    for (std::size_t k = 0; k < kLanes; ++k)
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        position[axis][k] = points[std::min(k, count - 1)].point[static_cast<Eigen::Index>(axis)];
+  }
+};
+
 struct Term {
   double q = 0;
   Vector3d u, slope;  // slope = root^T u
@@ -138,18 +169,18 @@ struct Term {
 template <class F>
 void for_each_group(const std::vector<FitBall>& balls, const std::vector<FitPoint>& points,
                     std::size_t first, const F& f) {
-  const std::vector<double> norms = compute_norms(balls);
+  const BallArrays arrays(balls);
   const std::size_t groups = (points.size() + kGroupSize - 1) / kGroupSize;
   parallel_ranges(
       static_cast<std::int64_t>(groups - first), 8, [&](std::int64_t begin, std::int64_t end) {
         GroupBalls near;
-        Terms terms;
+        PointTerms terms;
         for (std::int64_t k = begin; k < end; ++k) {
           const std::size_t g = first + static_cast<std::size_t>(k);
           const FitPoint* at = points.data() + g * kGroupSize;
           const std::size_t count = std::min(kGroupSize, points.size() - g * kGroupSize);
-          near.collect(balls, norms, at, count);
-          terms.resize(near.size());
+          near.collect(arrays, at, count);
+          terms.balls.resize(near.size());
           f(g, at, count, near, terms);
         }
       });
@@ -161,88 +192,67 @@ struct GroupRows {
   std::vector<float> weights, derivatives;
 };
 
-/// Replaces each x <= 0 by e^x = 2^n e^r with x = n ln 2 + r; values below -50 count as -50. Adding
-/// 1.5 * 2^52 rounds x / ln 2 to n and puts n into the low bits, which a shift moves to the
-/// exponent; p is the Taylor polynomial of e^r. Written without branches for vectorization; the
-/// result has the same bits for any vector width (base/exact_math.h).
-void exponentiate(double* x, std::size_t count) {
-  for (std::size_t i = 0; i < count; ++i) {
-    const double a = x[i] > -50.0 ? x[i] : -50.0;
-    const double shifted = a * (1 / exact::kLn2) + 0x1.8p52, n = shifted - 0x1.8p52;
-    const double r = (a - n * 0x1.62e42feep-1) - n * 0x1.a39ef35793c76p-33;
-    double p = 1.0 / 479001600;
-    p = p * r + 1.0 / 39916800;
-    p = p * r + 1.0 / 3628800;
-    p = p * r + 1.0 / 362880;
-    p = p * r + 1.0 / 40320;
-    p = p * r + 1.0 / 5040;
-    p = p * r + 1.0 / 720;
-    p = p * r + 1.0 / 120;
-    p = p * r + 1.0 / 24;
-    p = p * r + 1.0 / 6;
-    p = p * r + 0.5;
-    p = p * r + 1;
-    p = p * r + 1;
-    x[i] = std::bit_cast<double>(std::bit_cast<std::uint64_t>(p) +
-                                 (std::bit_cast<std::uint64_t>(shifted) << 52));
-  }
+/// Computes e^x for x <= 0; values below -50 count as -50 (base/exact_math.h).
+inline FourDoubles exponentiate(FourDoubles x) {
+  const FourDoubles a = x > -50.0 ? x : FourDoubles{} - 50.0;
+  const FourDoubles shifted = a * (1 / exact::kLn2) + 0x1.8p52, n = shifted - 0x1.8p52;
+  const FourDoubles r = (a - n * 0x1.62e42feep-1) - n * 0x1.a39ef35793c76p-33;
+  FourDoubles p = r * (1.0 / 479001600) + 1.0 / 39916800;
+  p = p * r + 1.0 / 3628800;
+  p = p * r + 1.0 / 362880;
+  p = p * r + 1.0 / 40320;
+  p = p * r + 1.0 / 5040;
+  p = p * r + 1.0 / 720;
+  p = p * r + 1.0 / 120;
+  p = p * r + 1.0 / 24;
+  p = p * r + 1.0 / 6;
+  p = p * r + 0.5;
+  p = p * r + 1;
+  p = p * r + 1;
+  return std::bit_cast<FourDoubles>(std::bit_cast<FourIntegers>(p) +
+                                    (std::bit_cast<FourIntegers>(shifted) << 52));
 }
 
-/// Adds the values in four partial sums, so that the result does not depend on the vector width.
-double sum_in_lanes(const double* x, std::size_t count) {
-  double sums[4] = {0, 0, 0, 0};
-  std::size_t i = 0;
-  for (; i + 4 <= count; i += 4)
-    for (std::size_t k = 0; k < 4; ++k) sums[k] += x[i + k];
-  for (std::size_t k = 0; i < count; ++i, ++k) sums[k] += x[i];
-  return (sums[0] + sums[1]) + (sums[2] + sums[3]);
-}
+/// Sums over the balls of a group, in four partial sums.
+struct FourSums {
+  FourDoubles partial[4] = {};
+  void add(std::size_t ball, FourDoubles value) { partial[ball % 4] += value; }
+  FourDoubles total() const { return (partial[0] + partial[1]) + (partial[2] + partial[3]); }
+};
 
-double max_in_lanes(const double* x, std::size_t count) {
-  double tops[4] = {x[0], x[0], x[0], x[0]};
-  std::size_t i = 0;
-  for (; i + 4 <= count; i += 4)
-    for (std::size_t k = 0; k < 4; ++k) tops[k] = x[i + k] > tops[k] ? x[i + k] : tops[k];
-  for (; i < count; ++i) tops[0] = std::max(tops[0], x[i]);
-  return std::max(std::max(tops[0], tops[1]), std::max(tops[2], tops[3]));
-}
-
-/// Computes one component of u = root (at - center) for all balls.
-void compute_u_component(const Vector3d& at, const GroupBalls& balls, std::size_t axis,
-                         double* __restrict u) {
-  const double *c0 = balls.center(0), *c1 = balls.center(1), *c2 = balls.center(2);
-  const double *r0 = balls.root(axis, 0), *r1 = balls.root(axis, 1), *r2 = balls.root(axis, 2);
-  const double x = at[0], y = at[1], z = at[2];
-  for (std::size_t k = 0; k < balls.size(); ++k)
-    u[k] = r0[k] * (x - c0[k]) + r1[k] * (y - c1[k]) + r2[k] * (z - c2[k]);
-}
-
-/// Fills u and, in place of q, the logarithms of the balls' contributions at a point; returns the
+/// Fills u and, in place of q, the logarithms of the balls' contributions; sets `top` to the
 /// largest.
-double compute_logarithms(const Vector3d& at, const GroupBalls& balls, Terms& terms) {
-  for (std::size_t axis = 0; axis < 3; ++axis) compute_u_component(at, balls, axis, terms.u(axis));
-  const double *u0 = terms.u(0), *u1 = terms.u(1), *u2 = terms.u(2), *w = balls.w();
-  double* __restrict q = terms.q();
-  for (std::size_t k = 0; k < balls.size(); ++k)
-    q[k] = w[k] - u0[k] * u0[k] - u1[k] * u1[k] - u2[k] * u2[k];
-  return max_in_lanes(q, balls.size());
+void compute_logarithms(const GroupBalls& group, PointTerms& at) {
+  const FourDoubles x = at.position[0], y = at.position[1], z = at.position[2];
+  FourDoubles top = {};
+  for (std::size_t k = 0; k < group.size(); ++k) {
+    const GroupBall& ball = group.balls[k];
+    BallTerms& terms = at.balls[k];
+    const FourDoubles dx = x - ball.center[0], dy = y - ball.center[1], dz = z - ball.center[2];
+    FourDoubles q = FourDoubles{} + ball.w;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double* r = ball.root[axis];
+      const FourDoubles u = r[0] * dx + r[1] * dy + r[2] * dz;
+      terms.u[axis] = u;
+      q -= u * u;
+    }
+    terms.q = q;
+    top = k == 0 ? q : q > top ? q : top;
+  }
+  at.top = top;
 }
 
-/// Converts logarithms to fractions of the field; returns psi.
-double compute_weights(double top, Terms& terms) {
-  double* q = terms.q();
-  const std::size_t count = terms.size();
-  for (std::size_t k = 0; k < count; ++k) q[k] -= top;
-  exponentiate(q, count);
-  const double sum = sum_in_lanes(q, count);
-  for (std::size_t k = 0; k < count; ++k) q[k] /= sum;
-  return top + exact::log(sum);
-}
-
-Term make_term(Terms& terms, const FitBall& ball, std::size_t k) {
-  Term term{terms.q()[k], {terms.u(0)[k], terms.u(1)[k], terms.u(2)[k]}, {}};
-  term.slope.noalias() = ball.root.transpose() * term.u;
-  return term;
+/// Converts logarithms to fractions of the field; sets psi.
+void compute_weights(PointTerms& at) {
+  FourSums sums;
+  for (std::size_t k = 0; k < at.balls.size(); ++k) {
+    const FourDoubles q = exponentiate(at.balls[k].q - at.top);
+    at.balls[k].q = q;
+    sums.add(k, q);
+  }
+  const FourDoubles sum = sums.total();
+  for (BallTerms& terms : at.balls) terms.q /= sum;
+  for (std::size_t k = 0; k < kLanes; ++k) at.psi[k] = at.top[k] + exact::log(sum[k]);
 }
 
 /// Values at a point that the derivatives of its residual share; g = |grad psi|. `steepness` is g,
@@ -279,35 +289,34 @@ void derive(const Term& term, const FitBall& ball, const PointGradient& at,
 }
 
 /// Computes grad psi / -2.
-Vector3d compute_half_gradient(Terms& terms, const GroupBalls& balls) {
-  Vector3d sum;
-  const double *u0 = terms.u(0), *u1 = terms.u(1), *u2 = terms.u(2), *q = terms.q();
-  double* __restrict product = terms.scratch();
-  for (std::size_t c = 0; c < 3; ++c) {
-    const double *r0 = balls.root(0, c), *r1 = balls.root(1, c), *r2 = balls.root(2, c);
-    for (std::size_t k = 0; k < balls.size(); ++k)
-      product[k] = q[k] * (r0[k] * u0[k] + r1[k] * u1[k] + r2[k] * u2[k]);
-    sum[static_cast<Eigen::Index>(c)] = sum_in_lanes(product, balls.size());
+void compute_half_gradients(const GroupBalls& group, PointTerms& at) {
+  FourSums sums[3];
+  for (std::size_t k = 0; k < group.size(); ++k) {
+    const auto& r = group.balls[k].root;
+    const BallTerms& terms = at.balls[k];
+    for (std::size_t c = 0; c < 3; ++c)
+      sums[c].add(k,
+                  terms.q * (r[0][c] * terms.u[0] + r[1][c] * terms.u[1] + r[2][c] * terms.u[2]));
   }
-  return sum;
+  for (std::size_t c = 0; c < 3; ++c) at.half[c] = sums[c].total();
 }
 
 /// The balls near a group of points, and the other inputs of the points' rows.
 struct PointBalls {
   const std::vector<FitBall>& all;
   const GroupBalls& group;
-  Terms& terms;  ///< scratch
   double length;
   int parameters;  ///< per ball
 };
 
-/// Writes the per-point values of point p to `rows`, and appends its entries to `entries`. Returns
-/// its cost.
-double add_rows(std::size_t p, const FitPoint& point, const PointBalls& at, FitRows& rows,
-                GroupRows& entries) {
-  const auto& [all, balls, terms, length, parameters] = at;
-  const double psi = compute_weights(compute_logarithms(point.point, balls, terms), terms);
-  const Vector3d half = compute_half_gradient(terms, balls);
+/// Writes the per-point values of point p, which is a lane of `terms`, to `rows`, and appends its
+/// entries, those of the balls `taken`, to `entries`. Returns its cost.
+double add_row(std::size_t p, const FitPoint& point, const PointBalls& at, const PointTerms& terms,
+               std::size_t lane, const std::vector<std::uint32_t>& taken, FitRows& rows,
+               GroupRows& entries) {
+  const auto& [all, group, length, parameters] = at;
+  const double psi = terms.psi[lane];
+  const Vector3d half(terms.half[0][lane], terms.half[1][lane], terms.half[2][lane]);
   const double slope = 2 * half.norm();
   const double steepness = std::max(slope, 0.5 / length);
   const Loss loss = compute_loss(point, psi, steepness, length);
@@ -318,20 +327,34 @@ double add_rows(std::size_t p, const FitPoint& point, const PointBalls& at, FitR
   PointGradient gradient{-2 * half / std::max(slope, 1e-300), steepness, 0, scale};
   if (slope == steepness) gradient.ratio = psi / steepness;
   const std::size_t first_entry = entries.balls.size();
-  for (std::size_t k = 0; scale > 0 && k < balls.size(); ++k) {
-    constexpr double kMinWeight = 5e-3;  // J omits balls with a smaller fraction of the field
-    if (!(terms.q()[k] > kMinWeight)) continue;
-    const FitBall& ball = all[balls.indices[k]];
-    const Term term = make_term(terms, ball, k);
-    entries.balls.push_back(balls.indices[k]);
-    entries.weights.push_back(static_cast<float>(term.q));
-    const auto numbers = static_cast<std::size_t>(parameters);
-    entries.derivatives.resize(entries.derivatives.size() + numbers);
-    derive(term, ball, gradient, std::span(entries.derivatives).last(numbers));
+  const auto numbers = static_cast<std::size_t>(parameters);
+  if (scale > 0) {
+    entries.derivatives.resize((first_entry + taken.size()) * numbers);
+    for (const std::uint32_t k : taken) {
+      const std::uint32_t index = group.indices[k];
+      const BallTerms& values = terms.balls[k];
+      Term term{values.q[lane], {values.u[0][lane], values.u[1][lane], values.u[2][lane]}, {}};
+      term.slope.noalias() = all[index].root.transpose() * term.u;
+      derive(term, all[index], gradient,
+             std::span(entries.derivatives).subspan(entries.balls.size() * numbers, numbers));
+      entries.balls.push_back(index);
+      entries.weights.push_back(static_cast<float>(term.q));
+    }
   }
   // For now a count; add_fit_rows() adds up the counts.
   rows.begins[p + 1] = static_cast<std::uint32_t>(entries.balls.size() - first_entry);
   return loss.cost;
+}
+
+/// Lists, for each lane, the balls that J has: those with at least a small fraction of the field.
+void list_balls(const PointTerms& terms, std::vector<std::uint32_t> (&taken)[kLanes]) {
+  constexpr double kMinWeight = 5e-3;
+  for (auto& list : taken) list.clear();
+  for (std::size_t k = 0; k < terms.balls.size(); ++k) {
+    const FourIntegers is_taken = terms.balls[k].q > kMinWeight;
+    for (unsigned mask = mask_of(is_taken); mask != 0; mask &= mask - 1)
+      taken[std::countr_zero(mask)].push_back(static_cast<std::uint32_t>(k));
+  }
 }
 
 }  // namespace
@@ -352,16 +375,25 @@ void add_fit_rows(const std::vector<FitBall>& balls, const std::vector<FitPoint>
   for_each_group(
       balls, points, first,
       [&](std::size_t g, const FitPoint* at, std::size_t count, const GroupBalls& near,
-          Terms& terms) {
+          PointTerms& terms) {
         GroupRows& entries = group_rows[g - first];
         constexpr std::size_t kTypicalEntries = 12;  // per point; reserves memory
         entries.balls.reserve(kTypicalEntries * count);
         entries.weights.reserve(kTypicalEntries * count);
         entries.derivatives.reserve(kTypicalEntries * count * static_cast<std::size_t>(parameters));
+        const PointBalls inputs{balls, near, length, parameters};
+        std::vector<std::uint32_t> taken[kLanes];
         double cost = 0;
-        for (std::size_t i = 0; i < count; ++i)
-          cost += add_rows(g * kGroupSize + i, at[i], {balls, near, terms, length, parameters},
-                           rows, entries);
+        for (std::size_t i = 0; i < count; i += kLanes) {
+          terms.set_points(at + i, std::min(kLanes, count - i));
+          compute_logarithms(near, terms);
+          compute_weights(terms);
+          compute_half_gradients(near, terms);
+          list_balls(terms, taken);
+          for (std::size_t k = 0; k < kLanes && i + k < count; ++k)
+            cost += add_row(g * kGroupSize + i + k, at[i + k], inputs, terms, k, taken[k], rows,
+                            entries);
+        }
         rows.group_costs[g] = cost;
       });
   // Append the groups' entries.
@@ -401,13 +433,22 @@ std::vector<std::uint8_t> test_inside_field(const std::vector<FitBall>& balls,
   std::vector<std::uint8_t> inside(points.size());
   for_each_group(balls, points, 0,
                  [&](std::size_t g, const FitPoint* at, std::size_t count, const GroupBalls& near,
-                     Terms& terms) {
+                     PointTerms& terms) {
                    // psi = top + ln(sum), and the sum is between 1 and the number of balls.
                    const double max_log_sum = exact::log(static_cast<double>(near.size())) + 1e-6;
-                   for (std::size_t i = 0; i < count; ++i) {
-                     const double top = compute_logarithms(at[i].point, near, terms);
-                     inside[g * kGroupSize + i] =
-                         top > 0 || (top + max_log_sum > 0 && compute_weights(top, terms) > 0);
+                   for (std::size_t i = 0; i < count; i += kLanes) {
+                     terms.set_points(at + i, std::min(kLanes, count - i));
+                     compute_logarithms(near, terms);
+                     bool has_weights = false;
+                     for (std::size_t k = 0; k < kLanes && i + k < count; ++k) {
+                       const double top = terms.top[k];
+                       if (!has_weights && !(top > 0) && top + max_log_sum > 0) {
+                         compute_weights(terms);
+                         has_weights = true;
+                       }
+                       inside[g * kGroupSize + i + k] =
+                           top > 0 || (top + max_log_sum > 0 && terms.psi[k] > 0);
+                     }
                    }
                  });
   return inside;

@@ -7,6 +7,7 @@
 #include <queue>
 
 #include "base/parallel.h"
+#include "kernels/simd_math.h"
 
 namespace polymorph {
 namespace {
@@ -32,15 +33,28 @@ Coverage compute_coverage(const std::vector<BoundarySample>& samples,
                           const std::vector<Sphere>& candidates, float dilation) {
   Coverage coverage{(samples.size() + 63) / 64, {}};
   coverage.bits.assign(candidates.size() * coverage.words, 0);
+  // Coordinates by axis, as many as there are bits; bits beyond the samples stay 0.
+  constexpr float kNowhere = std::numeric_limits<float>::infinity();
+  std::vector<float> x(64 * coverage.words, kNowhere), y = x, z = x;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    x[i] = samples[i].point.x;
+    y[i] = samples[i].point.y;
+    z[i] = samples[i].point.z;
+  }
   parallel_for(
       static_cast<std::int64_t>(candidates.size()),
       [&](std::int64_t k) {
         const auto c = static_cast<std::size_t>(k);
         const float radius = candidates[c].radius + dilation, radius2 = radius * radius;
         std::uint64_t* row = coverage.bits.data() + c * coverage.words;
-        for (std::size_t i = 0; i < samples.size(); ++i) {
-          const Vec3 d = samples[i].point - candidates[c].center;
-          row[i / 64] |= static_cast<std::uint64_t>(dot(d, d) <= radius2) << (i % 64);
+        const Vec3 center = candidates[c].center;
+        constexpr std::size_t kCount = Lanes<Pack>::kCount;
+        for (std::size_t i = 0; i < x.size(); i += kCount) {
+          const Pack dx = Lanes<Pack>::load(&x[i]) - center.x,
+                     dy = Lanes<Pack>::load(&y[i]) - center.y,
+                     dz = Lanes<Pack>::load(&z[i]) - center.z;
+          const std::uint64_t covered = Lanes<Pack>::bits(dx * dx + dy * dy + dz * dz <= radius2);
+          row[i / 64] |= covered << (i % 64);
         }
       },
       16);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 #include <random>
+#include <span>
 
 #include "base/parallel.h"
 #include "base/random.h"
@@ -440,6 +441,32 @@ TEST(Inside, ShellsThatBecomeOneCountAsOftenAsTheyAre) {
   for (const Vec3 p :
        {Vec3{2, 0, 0}, Vec3{-1, -1, -1}, Vec3{0.9f, 0.9f, 0}, Vec3{-0.5f, -0.5f, -0.5f}})
     EXPECT_NEAR(inside.winding_number(p), 0, 2e-4 * kShells) << p.x;
+}
+
+TEST(Winding, NumbersOfPointsTogetherAreThoseOfEachAlone) {
+  // Points beside each other, which share a walk, and points far from each other.
+  std::vector<Vec3> points;
+  for (int i = 0; i < 61; ++i) {
+    const float x = 0.02f * static_cast<float>(i) - 0.6f;
+    points.push_back({x, 0.3f + 0.1f * x, 0.2f});
+    if (i % 3 == 0) points.push_back({-x, 1.3f - x, -0.7f});
+  }
+  // Triangles of the second model have multiplicities.
+  for (const Model& model : {shape("torus"), nested_tetrahedra(5000)}) {
+    const InsideTest test(model);
+    for (const std::size_t first : {std::size_t{0}, std::size_t{1}, std::size_t{2}}) {
+      const std::span<const Vec3> some = std::span(points).subspan(first);
+      std::vector<double> numbers(some.size());
+      test.winding_numbers(some, numbers);
+      const std::vector<std::uint8_t> inside = test.inside(some);
+      for (std::size_t i = 0; i < some.size(); ++i) {
+        EXPECT_EQ(numbers[i], test.winding_number(some[i])) << i;
+        EXPECT_EQ(inside[i] != 0, test.inside(some[i])) << i;
+      }
+      EXPECT_GT(std::count(inside.begin(), inside.end(), 1), 0);
+      EXPECT_GT(std::count(inside.begin(), inside.end(), 0), 0);
+    }
+  }
 }
 
 /// Long triangles at random.

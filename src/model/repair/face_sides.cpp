@@ -21,10 +21,16 @@ FaceSide classify_face(const Model& model, const Triangle& triangle, const Insid
   // The centroid, and three points near the corners.
   constexpr std::array<Vec3, 4> kBarycentric{
       {{1.f / 3, 1.f / 3, 1.f / 3}, {.8f, .1f, .1f}, {.1f, .8f, .1f}, {.1f, .1f, .8f}}};
-  for (const Vec3 w : kBarycentric) {
-    const Vec3 p = a * w.x + b * w.y + c * w.z;
-    const double front = inside.winding_number(p + normal * step),
-                 back = inside.winding_number(p - normal * step);
+  std::array<Vec3, 2 * kBarycentric.size()> probes;  // in front of each point, then behind them
+  for (std::size_t i = 0; i < kBarycentric.size(); ++i) {
+    const Vec3 w = kBarycentric[i], p = a * w.x + b * w.y + c * w.z;
+    probes[i] = p + normal * step;
+    probes[kBarycentric.size() + i] = p - normal * step;
+  }
+  std::array<double, probes.size()> windings;
+  inside.winding_numbers(probes, windings);
+  for (std::size_t i = 0; i < kBarycentric.size(); ++i) {
+    const double front = windings[i], back = windings[kBarycentric.size() + i];
     const double high = std::max(front, back), low = std::min(front, back);
     sheet += high < kDecidedWinding;
     boundary += high >= kDecidedWinding && low < 0.5;
