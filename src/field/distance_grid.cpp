@@ -250,7 +250,6 @@ Grid make_distance_grid(const Box& box, float cell) {
 
 std::vector<float> evaluate_spline(const SmoothDistances& smooth, const Grid& fine) {
   const Int3 n = fine.points, nodes = smooth.grid.points;
-  const auto width = static_cast<std::size_t>(n.x);
   std::vector<float> values(array3_count(n));
   // The three coefficients that contribute to a point, along one axis, and their weights.
   struct Axis {
@@ -268,11 +267,32 @@ std::vector<float> evaluate_spline(const SmoothDistances& smooth, const Grid& fi
       axis.at[i] = std::clamp(static_cast<int>(middle) - 1 + i, 0, count - 1);
     return axis;
   };
-  std::vector<Axis> along_x;
-  for (int x = 0; x < n.x; ++x) along_x.push_back(axis_at(x, nodes.x));
+  // Eight points side by side along x. Their coefficients lie within eight that follow each other.
+  struct AxisPack {
+    std::size_t first;
+    PackBits at[3];  ///< less `first`
+    Pack weight[3];
+  };
+  constexpr int kCount = Lanes<Pack>::kCount;
+  std::vector<AxisPack> along_x;
+  for (int x = 0; x < n.x; x += kCount) {
+    AxisPack pack;
+    const int first = axis_at(x, nodes.x).at[0];
+    pack.first = static_cast<std::size_t>(first);
+    for (int l = 0; l < kCount; ++l) {
+      const Axis axis = axis_at(x + l, nodes.x);
+      for (int i = 0; i < 3; ++i) {
+        pack.at[i][l] = static_cast<std::uint32_t>(axis.at[i] - first);
+        pack.weight[i][l] = axis.weight[i];
+      }
+    }
+    along_x.push_back(pack);
+  }
   parallel_for(n.z, [&](std::int64_t z) {
     const Axis az = axis_at(static_cast<int>(z), nodes.z);
-    std::vector<float> line(static_cast<std::size_t>(nodes.x));
+    // The last packs reach beyond the line.
+    const auto node_count = static_cast<std::size_t>(nodes.x);
+    std::vector<float> line(node_count + kCount), out(along_x.size() * kCount);
     for (int y = 0; y < n.y; ++y) {
       const Axis ay = axis_at(y, nodes.y);
       std::fill(line.begin(), line.end(), 0.0f);
@@ -280,15 +300,16 @@ std::vector<float> evaluate_spline(const SmoothDistances& smooth, const Grid& fi
         for (int j = 0; j < 3; ++j) {
           const float weight = az.weight[k] * ay.weight[j];
           const float* from = smooth.values.data() + array3_index(nodes, 0, ay.at[j], az.at[k]);
-          for (std::size_t x = 0; x < line.size(); ++x) line[x] += weight * from[x];
+          for (std::size_t x = 0; x < node_count; ++x) line[x] += weight * from[x];
         }
-      float* to = values.data() + array3_index(n, 0, y, static_cast<int>(z));
-      for (std::size_t x = 0; x < width; ++x) {
-        const Axis& ax = along_x[x];
-        to[x] = 0;
-        for (int i = 0; i < 3; ++i)
-          to[x] += ax.weight[i] * line[static_cast<std::size_t>(ax.at[i])];
+      for (std::size_t k = 0; k < along_x.size(); ++k) {
+        const AxisPack& pack = along_x[k];
+        const Pack coefficients = Lanes<Pack>::load(&line[pack.first]);
+        Pack sum{};
+        for (int i = 0; i < 3; ++i) sum += pack.weight[i] * permute(coefficients, pack.at[i]);
+        Lanes<Pack>::store(&out[k * kCount], sum);
       }
+      std::copy_n(out.begin(), n.x, values.data() + array3_index(n, 0, y, static_cast<int>(z)));
     }
   });
   return values;

@@ -12,6 +12,7 @@
 #include "image/deflate_runs.h"
 #include "image/image_io.h"
 #include "image/png_errors.h"
+#include "image/quantize_srgb.h"
 #include "image/rgb_channels.h"
 #include "image/srgb.h"
 
@@ -89,13 +90,14 @@ struct Encoder {
     const std::size_t first = static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width);
     if (settings.bits == 8 && !settings.dither && layout.alpha < 0) {
       const auto [red, green, blue] = layout.color;
-      for (const float* pixel = &image.pixels[first * count];
-           pixel != image.pixels.data() + (first + static_cast<std::size_t>(image.width)) * count;
-           pixel += count, out += 3) {
-        out[0] = quantizer(pixel[red] * gain);
-        out[1] = quantizer(pixel[green] * gain);
-        out[2] = quantizer(pixel[blue] * gain);
+      std::vector<float> colors(3 * static_cast<std::size_t>(image.width));
+      const float* pixel = &image.pixels[first * count];
+      for (std::size_t i = 0; i < colors.size(); i += 3, pixel += count) {
+        colors[i] = pixel[red] * gain;
+        colors[i + 1] = pixel[green] * gain;
+        colors[i + 2] = pixel[blue] * gain;
       }
+      quantize_srgb(colors, out);
       return;
     }
     const auto put = [&](unsigned code) {

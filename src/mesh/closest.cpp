@@ -34,10 +34,9 @@ struct Leaf {
     }
   }
 
-  /// Returns a mask: bit k is set if, within the accuracy of floats, triangle k is no further from
-  /// p than sqrt(limit).
-  unsigned candidates(Vec3 p, float limit) const {
-    float min_distance2[kWidth];  // squared distances less 4e-6 (pp + bb + cc) for their rounding
+  /// Computes a lower bound of each triangle's squared distance from p: the distance in floats,
+  /// less a bound of its rounding.
+  void bound_distances(Vec3 p, float (&min_distance2)[kWidth]) const {
     for (int k = 0; k < kWidth; ++k) {
       const float x = p.x - a[0][k], y = p.y - a[1][k], z = p.z - a[2][k];
       const float bx = ab[0][k], by = ab[1][k], bz = ab[2][k];
@@ -62,9 +61,6 @@ struct Leaf {
       const float face_distance2 = min(min(s, t), 1 - s - t) > 0 ? distance2(s, t) : edge_distance2;
       min_distance2[k] = min(edge_distance2, face_distance2) - 4e-6f * (pp + bb + cc);
     }
-    unsigned mask = 0;
-    for (int k = 0; k < kWidth; ++k) mask |= (min_distance2[k] > limit ? 0u : 1u) << k;
-    return mask;
   }
 
  private:
@@ -75,12 +71,38 @@ struct Leaf {
   }
 };
 
-/// Candidate filter for find_closest(): drops the triangles that single precision can exclude.
+/// Candidates of find_closest(): the triangles that single precision cannot exclude, the one of the
+/// smallest bound first. A split hierarchy, where the order decides between equally close points,
+/// has them in ascending order.
 struct LeafCandidates {
   const std::vector<Leaf>& leaves;
   Vec3 from;
-  unsigned operator()(std::uint32_t slot, float limit) const {
-    return leaves[slot / TriangleBvh::kLeafTriangles].candidates(from, limit);
+  bool is_ordered;
+  struct Queue {
+    float min_distance2[Leaf::kWidth];
+    unsigned mask;
+    bool is_ordered;
+
+    int take(float limit) {
+      if (mask == 0) return -1;
+      int nearest = countr_zero(mask);
+      if (!is_ordered) {
+        for (unsigned more = mask & (mask - 1); more != 0; more &= more - 1)
+          if (const int k = countr_zero(more); min_distance2[k] < min_distance2[nearest])
+            nearest = k;
+        if (min_distance2[nearest] > limit) return -1;
+      }
+      mask &= ~(1u << nearest);
+      return nearest;
+    }
+  };
+  Queue operator()(std::uint32_t slot, std::uint32_t count, float limit) const {
+    Queue queue;
+    leaves[slot / TriangleBvh::kLeafTriangles].bound_distances(from, queue.min_distance2);
+    const auto is_far = Lanes<Pack>::load(queue.min_distance2) > limit;
+    queue.mask = ~Lanes<Pack>::bits(is_far) & ((1u << count) - 1);
+    queue.is_ordered = is_ordered;
+    return queue;
   }
 };
 
@@ -129,14 +151,15 @@ TriangleBvhView ClosestPointQuery::view() const {
 }
 
 ClosestPoint ClosestPointQuery::closest(Vec3 from, float max_distance) const {
-  return find_closest(view(), from, max_distance, LeafCandidates{tree_->leaves, from});
+  return find_closest(view(), from, max_distance,
+                      LeafCandidates{tree_->leaves, from, tree_->bvh.is_split});
 }
 
 ClosestPoint ClosestPointQuery::closest(Vec3 from, Vec3 neighbour,
                                         const ClosestPoint& neighbour_hit,
                                         float max_distance) const {
   return find_closest_near(view(), from, neighbour, neighbour_hit, max_distance,
-                           LeafCandidates{tree_->leaves, from});
+                           LeafCandidates{tree_->leaves, from, tree_->bvh.is_split});
 }
 
 std::vector<ClosestPoint> ClosestPointQuery::closest(std::span<const Vec3> from,

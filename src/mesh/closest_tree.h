@@ -93,14 +93,53 @@ struct TriangleBvhView {
   bool is_split = false;
 };
 
-/// Candidate filter of find_closest() that keeps all triangles of a leaf.
+/// Candidates of find_closest(): all triangles of a leaf, in ascending order.
 struct AllOfLeaf {
-  PM_HD unsigned operator()(std::uint32_t, float) const { return ~0u; }
+  struct Queue {
+    unsigned mask;
+    PM_HD int take(float) {
+      if (mask == 0) return -1;
+      const int k = countr_zero(mask);
+      mask &= mask - 1;
+      return k;
+    }
+  };
+  PM_HD Queue operator()(std::uint32_t, std::uint32_t count, float) const {
+    return {(1u << count) - 1};
+  }
 };
 
-/// Finds the closest point as ClosestPointQuery::closest() does. `candidates(slot, limit)` returns
-/// a mask of the leaf that begins at `slot`: bit k is set if triangle k may be no further than
-/// sqrt(limit).
+/// Computes the squared distances of a point to the boxes of a node's children. Returns a mask of
+/// the children that are no further than sqrt(limit).
+PM_HD inline unsigned find_near_children(const TriangleBvh::Node& node, Vec3 from, float limit,
+                                         float (&distance2)[TriangleBvh::kWidth]) {
+#if defined(PM_PACKS)
+  using L = Lanes<Pack>;
+  static_assert(L::kCount == TriangleBvh::kWidth);
+  const auto along = [&](int axis, float at) {
+    return max(max(L::load(node.low[axis]) - at, at - L::load(node.high[axis])), Pack{});
+  };
+  const Pack x = along(0, from.x), y = along(1, from.y), z = along(2, from.z);
+  const Pack squares = x * x + y * y + z * z;
+  L::store(distance2, squares);
+  return L::bits((squares <= limit) & (L::load_bits(node.child) != TriangleBvh::kNone));
+#else
+  unsigned mask = 0;
+  for (int k = 0; k < TriangleBvh::kWidth; ++k) {
+    const float x = max(max(node.low[0][k] - from.x, from.x - node.high[0][k]), 0.0f);
+    const float y = max(max(node.low[1][k] - from.y, from.y - node.high[1][k]), 0.0f);
+    const float z = max(max(node.low[2][k] - from.z, from.z - node.high[2][k]), 0.0f);
+    distance2[k] = x * x + y * y + z * z;
+    mask |= (distance2[k] <= limit && node.child[k] != TriangleBvh::kNone ? 1u : 0u) << k;
+  }
+  return mask;
+#endif
+}
+
+/// Finds the closest point as ClosestPointQuery::closest() does. `candidates(slot, count, limit)`
+/// returns those of the leaf's `count` triangles from `slot` on that may be no further than
+/// sqrt(limit). Its take(limit) removes one of them and returns its index in the leaf, or returns
+/// -1 if none is left that may be no further than sqrt(limit).
 template <class Candidates>
 PM_HD ClosestPoint find_closest(const TriangleBvhView& bvh, Vec3 from, float max_distance,
                                 const Candidates& candidates) {
@@ -123,9 +162,9 @@ PM_HD ClosestPoint find_closest(const TriangleBvhView& bvh, Vec3 from, float max
     const auto limit = static_cast<float>(best2 * slack);
     if (entry.distance2 > limit) continue;
     if (entry.count > 0) {  // a leaf
-      unsigned leaf_mask = candidates(entry.child, limit) & ((1u << entry.count) - 1);
-      for (; leaf_mask != 0; leaf_mask &= leaf_mask - 1) {  // clears the lowest bit
-        const std::uint32_t slot = entry.child + static_cast<std::uint32_t>(countr_zero(leaf_mask));
+      auto queue = candidates(entry.child, entry.count, limit);
+      for (int k; (k = queue.take(static_cast<float>(best2 * slack))) >= 0;) {
+        const std::uint32_t slot = entry.child + static_cast<std::uint32_t>(k);
         const TriangleBvh::Corners& corners = bvh.corners[slot];
         const Vec3d a(corners.p[0]), ap = Vec3d(from) - a, ab = Vec3d(corners.p[1]) - a,
                                      ac = Vec3d(corners.p[2]) - a;
@@ -142,16 +181,8 @@ PM_HD ClosestPoint find_closest(const TriangleBvhView& bvh, Vec3 from, float max
       continue;
     }
     const TriangleBvh::Node& node = bvh.nodes[entry.child];
-    float distance2[TriangleBvh::kWidth];  // squared distances to the boxes of the children
-    for (int k = 0; k < TriangleBvh::kWidth; ++k) {
-      const float x = max(max(node.low[0][k] - from.x, from.x - node.high[0][k]), 0.0f);
-      const float y = max(max(node.low[1][k] - from.y, from.y - node.high[1][k]), 0.0f);
-      const float z = max(max(node.low[2][k] - from.z, from.z - node.high[2][k]), 0.0f);
-      distance2[k] = x * x + y * y + z * z;
-    }
-    unsigned child_mask = 0;
-    for (int k = 0; k < TriangleBvh::kWidth; ++k)
-      child_mask |= (distance2[k] <= limit && node.child[k] != TriangleBvh::kNone ? 1u : 0u) << k;
+    float distance2[TriangleBvh::kWidth];
+    unsigned child_mask = find_near_children(node, from, limit, distance2);
     const int first = stack_size;
     for (; child_mask != 0; child_mask &= child_mask - 1) {
       const int k = countr_zero(child_mask);

@@ -24,11 +24,13 @@ constexpr std::array<float, 3> kDeviations = {kNarrowDeviation, 3 * kNarrowDevia
                                               9 * kNarrowDeviation};
 constexpr std::array<float, 3> kGaussianWeights = {1, 1e-3f, 1e-6f};
 
-/// Sum of weighted colours, and sum of the weights.
-struct WeightedColor {
-  Vec3 color;
-  float weight = 0;
-};
+/// Red, green and blue of a sum of weighted colours, and the sum of the weights.
+typedef float WeightedColor __attribute__((vector_size(16)));
+constexpr int kWeight = 3;  ///< index of the weight
+WeightedColor weighted(Vec3 color, float weight) {
+  return WeightedColor{color.x, color.y, color.z, 1} * weight;
+}
+Vec3 color_of(WeightedColor sum) { return {sum[0], sum[1], sum[2]}; }
 
 /// The cell around a point, clamped to the grid, and the trilinear weights of its eight corners.
 struct CellCorners {
@@ -91,9 +93,7 @@ std::vector<WeightedColor> splat_samples(const Model& model, std::span<const Fac
     if (sides[samples[k].triangle] == FaceSide::kHidden) continue;
     const CellCorners corners(grid, samples[k].point);
     for (int i = 0; i < 8; ++i) {
-      WeightedColor& sum = sums[corners.index[i]];
-      sum.color = sum.color + colors[k] * corners.weight[i];
-      sum.weight += corners.weight[i];
+      sums[corners.index[i]] += weighted(colors[k], corners.weight[i]);
     }
   }
   return sums;
@@ -127,17 +127,15 @@ std::vector<WeightedColor> blur(std::vector<WeightedColor> v, Int3 points, float
             int low = count, high = -1;
             for (int i = 0; i < count; ++i) {
               original[static_cast<std::size_t>(i)] = first[i * step];
-              if (!(first[i * step].weight > 0)) continue;
+              if (!(first[i * step][kWeight] > 0)) continue;
               low = std::min(low, i);
               high = i;
             }
             for (int i = 0; high >= 0 && i < count; ++i) {
-              WeightedColor sum;
-              for (int k = std::max(i - radius, low); k <= std::min(i + radius, high); ++k) {
-                const float w = weights[static_cast<std::size_t>(std::abs(k - i))];
-                sum.color = sum.color + original[static_cast<std::size_t>(k)].color * w;
-                sum.weight += original[static_cast<std::size_t>(k)].weight * w;
-              }
+              WeightedColor sum{};
+              for (int k = std::max(i - radius, low); k <= std::min(i + radius, high); ++k)
+                sum += original[static_cast<std::size_t>(k)] *
+                       weights[static_cast<std::size_t>(std::abs(k - i))];
               first[i * step] = sum;
             }
           }
@@ -178,23 +176,19 @@ ColorVolume make_color_volume(const Model& model, std::span<const FaceSide> side
   volume.grid.points = {count_points(size.x), count_points(size.y), count_points(size.z)};
   std::vector<WeightedColor> sums(array3_count(volume.grid.points));
   const std::vector<WeightedColor> samples = splat_samples(model, sides, volume.grid);
-  WeightedColor total;
-  for (const WeightedColor& sample : samples) {
-    total.color = total.color + sample.color;
-    total.weight += sample.weight;
-  }
+  WeightedColor total{};
+  for (const WeightedColor& sample : samples) total += sample;
   for (std::size_t k = 0; k < kDeviations.size(); ++k) {
     const std::vector<WeightedColor> blurred = blur(samples, volume.grid.points, kDeviations[k]);
-    for (std::size_t i = 0; i < sums.size(); ++i) {
-      sums[i].color = sums[i].color + blurred[i].color * kGaussianWeights[k];
-      sums[i].weight += blurred[i].weight * kGaussianWeights[k];
-    }
+    for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += blurred[i] * kGaussianWeights[k];
   }
   // The overall mean has a tiny weight, so it decides only where no Gaussian reaches the surface.
   constexpr float kEpsilon = 1e-9f;
-  const Vec3 mean = total.weight > 0 ? total.color / total.weight : model.materials.front().color;
+  const Vec3 mean =
+      total[kWeight] > 0 ? color_of(total) / total[kWeight] : model.materials.front().color;
+  volume.colors.reserve(sums.size());
   for (const WeightedColor& sum : sums)
-    volume.colors.push_back((sum.color + mean * kEpsilon) / (sum.weight + kEpsilon));
+    volume.colors.push_back((color_of(sum) + mean * kEpsilon) / (sum[kWeight] + kEpsilon));
   return volume;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string_view>
 
 #include "kernels/floating_point.h"
 #include "kernels/interruption.h"
@@ -144,18 +145,23 @@ class Tile {
   }
 
   void write_aovs(Image& film) {
-    for (int y = 0; y < height_; ++y) {
-      const CenterRow& row = centers_[y];
-      for (int x = 0; x < width_; ++x) {
-        const Ray ray = lane(row.rays[x / kLanes], x % kLanes);
-        FirstHit hit = first_hit(job_.world, ray, lane(row.intersections[x / kLanes], x % kLanes));
-        // From the distance along the ray to that along the view axis.
-        if (hit.id > 0) hit.depth *= dot(ray.direction, job_.camera.camera.forward);
-        hit.motion = compute_motion(hit, ray.direction);
-        float* pixel = &film.at(left_ + x, top_ + y, job_.first_aov);
-        for (const Aov* aov : job_.aovs) *pixel++ = aov->value(hit);
+    const bool has_motion = has_aov("motion");
+    const CostlyValues values{has_aov("albedo"), has_aov("uv")};
+    for (int y = 0; y < height_; ++y)
+      for (int k = 0; k * kLanes < width_; ++k) {
+        const RayOf<Pack3>& rays = centers_[y].rays[k];
+        FirstHit hits[kLanes];
+        find_first_hits(job_.world, rays, centers_[y].intersections[k], values, hits);
+        for (int l = 0; l < kLanes && k * kLanes + l < width_; ++l) {
+          FirstHit& hit = hits[l];
+          const Vec3 direction = lane(rays.direction, l);
+          // From the distance along the ray to that along the view axis.
+          if (hit.id > 0) hit.depth *= dot(direction, job_.camera.camera.forward);
+          if (has_motion) hit.motion = compute_motion(hit, direction);
+          float* pixel = &film.at(left_ + k * kLanes + l, top_ + y, job_.first_aov);
+          for (const Aov* aov : job_.aovs) *pixel++ = aov->value(hit);
+        }
       }
-    }
   }
 
  private:
@@ -163,6 +169,10 @@ class Tile {
   /// traced them, only for mattes and guides.
   bool casts_rays() const { return !job_.device_film || needs_first_hits(job_); }
 
+  bool has_aov(std::string_view layer) const {
+    return std::any_of(job_.aovs.begin(), job_.aovs.end(),
+                       [&](const Aov* aov) { return aov->layer == layer; });
+  }
   std::size_t film_index(int x, int y) const {
     return static_cast<std::size_t>(top_ + y) * static_cast<std::size_t>(job_.image.width) +
            static_cast<std::size_t>(left_ + x);

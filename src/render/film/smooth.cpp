@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -112,44 +113,61 @@ class Smoother {
   /// Tests whether the light of a pixel is free of noise: it has been smoothed, or nothing is hit.
   bool has_smooth_light(std::size_t i) const { return key_[i] >= 0 || !(id_[i] > 0); }
 
-  /// Copies a layer to a plane, whose margin repeats the outermost pixels.
-  Plane load_layer(const char* name) const {
-    Plane plane(size_);
-    const int channel = film_.find_channel(name);
-    PM_CHECK(channel >= 0);
-    parallel_for(
-        height_ + 2 * kMargin,
-        [&](std::int64_t line) {
-          const int y = std::clamp(static_cast<int>(line) - kMargin, 0, height_ - 1);
-          float* to = &plane[static_cast<std::size_t>(line) * static_cast<std::size_t>(stride_)];
-          for (int x = 0; x < stride_; ++x) {
-            const float value = film_.at(std::clamp(x - kMargin, 0, width_ - 1), y, channel);
-            to[x] = std::isfinite(value) ? value : 0;
-          }
-        },
-        16);
-    return plane;
-  }
-
+  /// Copies the film's layers to planes, whose margins repeat the outermost pixels, and divides the
+  /// colours by the albedos.
   void load_layers() {
-    id_ = load_layer("id");
-    depth_ = load_layer("Z");
+    struct Layer {
+      const char* name;
+      Plane* plane;
+    };
+    const Layer layers[] = {{"id", &id_},
+                            {"Z", &depth_},
+                            {"R", &light_[0]},
+                            {"G", &light_[1]},
+                            {"B", &light_[2]},
+                            {"N.X", &normal_[0]},
+                            {"N.Y", &normal_[1]},
+                            {"N.Z", &normal_[2]},
+                            {"albedo.R", &albedo_[0]},
+                            {"albedo.G", &albedo_[1]},
+                            {"albedo.B", &albedo_[2]}};
+    constexpr std::size_t kLayers = std::size(layers);
+    std::array<std::size_t, kLayers> channels;
+    std::array<float*, kLayers> planes;
+    for (std::size_t k = 0; k < kLayers; ++k) {
+      const int channel = film_.find_channel(layers[k].name);
+      PM_CHECK(channel >= 0);
+      channels[k] = static_cast<std::size_t>(channel);
+      layers[k].plane->resize(size_);
+      planes[k] = layers[k].plane->data();
+    }
     inv_depth_range_.resize(size_);
-    for (std::size_t i = 0; i < size_; ++i) inv_depth_range_[i] = 1 / (kDepthFalloff * depth_[i]);
-    constexpr std::array<const char*, 3> kColors{"R", "G", "B"};
-    constexpr std::array<const char*, 3> kNormal{"N.X", "N.Y", "N.Z"};
-    constexpr std::array<const char*, 3> kAlbedo{"albedo.R", "albedo.G", "albedo.B"};
-    for (std::size_t c = 0; c < 3; ++c) {
-      light_[c] = load_layer(kColors[c]);
-      normal_[c] = load_layer(kNormal[c]);
-      albedo_[c] = load_layer(kAlbedo[c]);
-      for (std::size_t i = 0; i < size_; ++i) {
-        // Where nothing is hit, the colour is the light itself.
+    const auto load_line = [&](std::int64_t line) {
+      const int y = std::clamp(static_cast<int>(line) - kMargin, 0, height_ - 1);
+      const std::size_t first = static_cast<std::size_t>(line) * static_cast<std::size_t>(stride_);
+      const std::size_t end = first + static_cast<std::size_t>(stride_);
+      for (std::size_t i = first; i < end; ++i) {
+        const int x = static_cast<int>(i - first) - kMargin;
+        const float* pixel = &film_.at(std::clamp(x, 0, width_ - 1), y, 0);
+        for (std::size_t k = 0; k < kLayers; ++k) {
+          const float value = pixel[channels[k]];
+          planes[k][i] = std::isfinite(value) ? value : 0;
+        }
+      }
+      divide_by_albedo(first, end);
+    };
+    parallel_for(height_ + 2 * kMargin, load_line, 16);
+  }
+  /// Divides the colours of some pixels by their albedos. Where nothing is hit, the colour is the
+  /// light itself. Sets `inv_depth_range_`.
+  void divide_by_albedo(std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i) inv_depth_range_[i] = 1 / (kDepthFalloff * depth_[i]);
+    for (std::size_t c = 0; c < 3; ++c)
+      for (std::size_t i = first; i < end; ++i) {
         const float albedo = std::max(kMinAlbedo, albedo_[c][i]);
         albedo_[c][i] = id_[i] > 0 ? albedo : 1;
         light_[c][i] = light_[c][i] / albedo_[c][i];
       }
-    }
   }
 
   /// Finds the interior pixels: their neighbours show the same surface with similar normals and

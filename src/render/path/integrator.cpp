@@ -258,6 +258,46 @@ class Tracer {
   ShadowRays shadows_{world_, stats_, direct_.data()};
 };
 
+/// Sets the values of the lanes `on_mesh`, whose rays hit meshes.
+void set_mesh_values(const World& world, const RayOf<Pack3>& rays, MeshHitOf<Pack> hit,
+                     CostlyValues values, PackMask on_mesh, FirstHit (&hits)[kLanes]) {
+  // The other lanes repeat a hit.
+  std::uint32_t bits = Lanes<Pack>::bits(on_mesh);
+  const int hit_lane = countr_zero(bits);
+  hit.mesh = on_mesh ? hit.mesh : PackBits{} + hit.mesh[hit_lane];
+  hit.triangle = on_mesh ? hit.triangle : PackBits{} + hit.triangle[hit_lane];
+  hit.u = select(on_mesh, hit.u, broadcast<Pack>(hit.u[hit_lane]));
+  hit.v = select(on_mesh, hit.v, broadcast<Pack>(hit.v[hit_lane]));
+  hit.distance = select(on_mesh, hit.distance, broadcast<Pack>(hit.distance[hit_lane]));
+  const SurfacePointOf<Pack3> points = world.geometry->surface_point(rays, hit);
+  Pack3 albedos{};
+  if (values.albedo) albedos = mixed_shading(world, hit).color;
+  for (; bits != 0; bits &= bits - 1) {
+    const int l = countr_zero(bits);
+    const RenderMesh& mesh = world.geometry->mesh(hit.mesh[l]);
+    const float u = hit.u[l], v = hit.v[l];
+    const Triangle& t = mesh.triangles[hit.triangle[l]];
+    const auto interpolate = [&](const auto& items) {
+      return items[t.v[0]] * (1 - u - v) + items[t.v[1]] * u + items[t.v[2]] * v;
+    };
+    FirstHit& result = hits[l];
+    result.depth = hit.distance[l];
+    result.normal = lane(points.shading, l);
+    result.id = mesh.id;
+    result.position = result.next = lane(points.position, l);
+    if (!mesh.displacement.empty()) result.next = result.position + interpolate(mesh.displacement);
+    result.albedo = lane(albedos, l);
+    if (values.uv) result.uv = texture_point(mesh, hit.triangle[l], u, v).uv;
+    result.progress =
+        mesh.vertex_progress.empty() ? mesh.progress : interpolate(mesh.vertex_progress);
+    result.t = world.time;
+    if (!mesh.vertex_labels.empty()) {
+      const MeshHit lane_hit{hit.mesh[l], hit.triangle[l], hit.distance[l], u, v};
+      result.label = static_cast<float>(mesh.first_label + nearest_label(mesh, lane_hit));
+    }
+  }
+}
+
 }  // namespace
 
 void trace(const World& world, const FrameSampler& sampler, Wavefront& wave, RayStats& stats) {
@@ -267,37 +307,24 @@ void trace(const World& world, const FrameSampler& sampler, Wavefront& wave, Ray
   for (int i = 0; i < wave.count; ++i) wave.lights[i] = tracer.result(i);
 }
 
-FirstHit first_hit(const World& world, const Ray& ray, const Intersection& first) {
-  FirstHit result;
-  if (first.mesh.mesh != kNoMesh) {
-    const MeshHit& hit = first.mesh;
-    const RenderMesh& mesh = world.geometry->mesh(hit.mesh);
-    const SurfacePoint point = world.geometry->surface_point(ray, hit);
-    const Triangle& t = mesh.triangles[hit.triangle];
-    const auto at_hit = [&](const auto& values) {
-      return values[t.v[0]] * (1 - hit.u - hit.v) + values[t.v[1]] * hit.u + values[t.v[2]] * hit.v;
-    };
-    result.depth = hit.distance;
-    result.normal = point.shading;
-    result.id = mesh.id;
-    result.position = point.position;
-    result.next =
-        mesh.displacement.empty() ? point.position : point.position + at_hit(mesh.displacement);
-    result.albedo = mixed_shading(world, hit).color;
-    result.uv = texture_point(mesh, hit.triangle, hit.u, hit.v).uv;
-    result.progress = mesh.vertex_progress.empty() ? mesh.progress : at_hit(mesh.vertex_progress);
-    result.t = world.time;
-    if (!mesh.vertex_labels.empty())
-      result.label = static_cast<float>(mesh.first_label + nearest_label(mesh, hit));
-  } else if (first.floor < kInfinity) {
-    const FloorPointOf<Vec3> point = floor_point(world.floor, ray, first.floor);
-    result.depth = first.floor;
-    result.normal = {0, 1, 0};
-    result.id = 1;
-    result.position = result.next = point.position;
-    result.albedo = world.floor.color * point.tone;
+void find_first_hits(const World& world, const RayOf<Pack3>& rays,
+                     const IntersectionOf<Pack>& first, CostlyValues values,
+                     FirstHit (&hits)[kLanes]) {
+  std::fill(std::begin(hits), std::end(hits), FirstHit{});
+  const PackMask on_mesh = first.mesh.mesh != kNoMesh;
+  const PackMask on_floor = (!on_mesh) & (first.floor < kInfinity);
+  if (any(on_mesh)) set_mesh_values(world, rays, first.mesh, values, on_mesh, hits);
+  if (!any(on_floor)) return;
+  const FloorPointOf<Pack3> point = floor_point(world.floor, rays, first.floor);
+  for (std::uint32_t bits = Lanes<Pack>::bits(on_floor); bits != 0; bits &= bits - 1) {
+    const int l = countr_zero(bits);
+    FirstHit& hit = hits[l];
+    hit.depth = first.floor[l];
+    hit.normal = {0, 1, 0};
+    hit.id = 1;
+    hit.position = hit.next = lane(point.position, l);
+    hit.albedo = world.floor.color * point.tone[l];
   }
-  return result;
 }
 
 std::uint32_t nearest_label(const RenderMesh& mesh, const MeshHit& hit) {

@@ -44,10 +44,19 @@ struct Wavefront {
 /// The light along a ray does not depend on the other rays.
 void trace(const World& world, const FrameSampler& sampler, Wavefront& wave, RayStats& stats);
 
-/// Computes the AOVs of a camera ray with the first intersection `first`. Two of them need the
-/// camera, so the caller finishes them: `depth` is the distance along the ray, and `motion` is not
-/// set.
-FirstHit first_hit(const World& world, const Ray& ray, const Intersection& first);
+/// Values of FirstHit that take long, and are needed or not.
+struct CostlyValues {
+  bool albedo, uv;
+};
+
+#if defined(PM_PACKS)
+/// Computes the AOVs of eight camera rays with the first intersections `first`. Two of them need
+/// the camera, so the caller finishes them: `depth` is the distance along the ray, and `motion` is
+/// not set.
+void find_first_hits(const World& world, const RayOf<Pack3>& rays,
+                     const IntersectionOf<Pack>& first, CostlyValues values,
+                     FirstHit (&hits)[kLanes]);
+#endif
 
 /// Finds the label of the vertex nearest to a hit of a mesh that has labels.
 std::uint32_t nearest_label(const RenderMesh& mesh, const MeshHit& hit);

@@ -24,31 +24,160 @@ ShadingOf<Pack3> broadcast_shading(const Shading& s) {
           broadcast<Pack>(s.transmission), broadcast<Pack>(s.ior)};
 }
 
-/// Calls compute_shading(hit) for each lane, or once for all if they hit one mesh of uniform
-/// material.
-template <class F>
-ShadingOf<Pack3> gather_shading(const World& world, const MeshHitOf<Pack>& hit,
-                                const F& compute_shading) {
-  const std::uint32_t first_mesh = hit.mesh[0];
-  const RenderMesh& mesh = world.geometry->mesh(first_mesh);
-  if (!any(hit.mesh != first_mesh) && (mesh.materials.empty() || is_uniform(mesh)))
-    return broadcast_shading(compute_shading(lane(hit, 0)));
+/// Eight shadings as rows, padded to whole packs.
+struct ShadingRows {
   struct Row {
     Shading shading;
     float padding[6] = {};
   };
   Row rows[kLanes];
-  const float* starts[kLanes];
-  for (int l = 0; l < kLanes; ++l) {
-    rows[l].shading = compute_shading(lane(hit, l));
-    starts[l] = &rows[l].shading.color.x;
+
+  ShadingOf<Pack3> transposed() const {
+    const float* starts[kLanes];
+    for (int l = 0; l < kLanes; ++l) starts[l] = &rows[l].shading.color.x;
+    Pack columns[16];
+    load_rows<16>(starts, columns);
+    ShadingOf<Pack3> shading;
+    static_assert(sizeof shading == 10 * sizeof(Pack) && sizeof(Row) == 16 * sizeof(float));
+    std::memcpy(&shading, columns, sizeof shading);
+    return shading;
   }
-  Pack columns[16];
-  load_rows<16>(starts, columns);
-  ShadingOf<Pack3> shading;
-  static_assert(sizeof shading == 10 * sizeof(Pack) && sizeof(Row) == 16 * sizeof(float));
-  std::memcpy(&shading, columns, sizeof shading);
+};
+
+/// Rounds down, as std::floor() does.
+Pack floor(Pack a) {
+  const Pack truncated = to_float(truncate(a));
+  const Pack rounded = truncated - zero_unless(truncated > a, broadcast<Pack>(1));
+  return select(abs(a) < 0x1p23f, rounded, a);  // larger numbers are whole, and may not fit
+}
+
+/// texture_taps() of eight coordinates.
+struct PackTaps {
+  alignas(32) std::int32_t first[kLanes], second[kLanes];
+  alignas(32) float fraction[kLanes];
+
+  PackTaps(Pack t, int size) {
+    const Pack n = broadcast<Pack>(static_cast<float>(size));
+    const Pack position = zero_unless(abs(t) < kInfinity, (t - floor(t)) * n - 0.5f);
+    const Pack lower = floor(position);
+    const PackMask all{}, i = truncate(lower);
+    const PackMask wrapped = i < 0 ? all + (size - 1) : (i < size ? i : all);
+    const PackMask next = wrapped + 1;
+    store(wrapped, first);
+    store(next < size ? next : all, second);
+    Lanes<Pack>::store(fraction, position - lower);
+  }
+
+ private:
+  static void store(PackMask from, std::int32_t* to) { std::memcpy(to, &from, sizeof from); }
+};
+
+/// Four floats, of which the first three are a colour.
+typedef float Quad __attribute__((vector_size(16)));
+
+/// Samples a texture of three channels or more at eight points, as sample_texture() does at one.
+void sample_texture(const Image& image, Pack2 uv, Vec3 (&texels)[kLanes]) {
+  const PackTaps x(uv.x, image.width), y(1.0f - uv.y, image.height);
+  const std::size_t channels = image.channel_count();
+  const auto width = static_cast<std::size_t>(image.width);
+  // A load of four floats at the last texel would reach beyond the pixels.
+  const std::size_t last_load = image.pixels.size() - 4;
+  for (int l = 0; l < kLanes; ++l) {
+    const auto load = [&](std::int32_t column, std::int32_t row) {
+      const std::size_t i =
+          (static_cast<std::size_t>(row) * width + static_cast<std::size_t>(column)) * channels;
+      Quad texel;
+      if (i <= last_load)
+        std::memcpy(&texel, &image.pixels[i], sizeof texel);
+      else
+        texel = Quad{image.pixels[i], image.pixels[i + 1], image.pixels[i + 2], 0};
+      return texel;
+    };
+    const auto mix_quads = [](Quad a, Quad b, float t) { return a + (b - a) * t; };
+    const float fx = x.fraction[l];
+    const Quad above = mix_quads(load(x.first[l], y.first[l]), load(x.second[l], y.first[l]), fx);
+    const Quad below = mix_quads(load(x.first[l], y.second[l]), load(x.second[l], y.second[l]), fx);
+    const Quad texel = mix_quads(above, below, y.fraction[l]);
+    texels[l] = {texel[0], texel[1], texel[2]};
+  }
+}
+
+/// Returns the texture of a material, or null if it has none.
+const Image* find_texture(const MaterialLayer& layer, const Material& material) {
+  const auto texture = static_cast<std::size_t>(std::max(material.texture, 0));
+  if (material.texture < 0 || layer.corner_uvs.empty() || texture >= layer.textures.size())
+    return nullptr;
+  return layer.textures[texture].get();
+}
+
+/// Looks up the shading parameters of a layer at eight hits of one mesh.
+ShadingOf<Pack3> layer_shading(const MaterialLayer& layer, const MeshHitOf<Pack>& hit) {
+  const Material* materials[kLanes];
+  const Image* textures[kLanes];
+  Pack2 uv;
+  bool is_one_texture = true;
+  for (int l = 0; l < kLanes; ++l) {
+    const TexturePoint point = texture_point(layer, hit.triangle[l], hit.u[l], hit.v[l]);
+    uv.x[l] = point.uv.x, uv.y[l] = point.uv.y;
+    materials[l] = &layer.materials[point.material];
+    textures[l] = find_texture(layer, *materials[l]);
+    is_one_texture = is_one_texture && textures[l] == textures[0];
+  }
+  Vec3 texels[kLanes];
+  if (is_one_texture && textures[0] && textures[0]->channel_count() >= 3 &&
+      textures[0]->pixels.size() >= 4)
+    sample_texture(*textures[0], uv, texels);
+  else
+    for (int l = 0; l < kLanes; ++l)
+      texels[l] =
+          textures[l] ? sample_texture(*textures[l], Vec2{uv.x[l], uv.y[l]}) : Vec3{1, 1, 1};
+  ShadingRows own;
+  for (int l = 0; l < kLanes; ++l) own.rows[l].shading = own_shading(*materials[l], texels[l]);
+  return own.transposed();
+}
+
+ShadingOf<Pack3> mix(const ShadingOf<Pack3>& a, const ShadingOf<Pack3>& b, float t) {
+  const Pack weight = broadcast<Pack>(t);
+  return {lerp(a.color, b.color, weight),
+          lerp(a.specular, b.specular, weight),
+          lerp(a.roughness, b.roughness, weight),
+          lerp(a.metallic, b.metallic, weight),
+          lerp(a.transmission, b.transmission, weight),
+          lerp(a.ior, b.ior, weight)};
+}
+
+/// mesh_shading() at eight hits of one mesh.
+ShadingOf<Pack3> mesh_shading(const RenderMesh& mesh, const MeshHitOf<Pack>& hit) {
+  if (is_uniform(mesh)) return broadcast_shading(mesh_shading(mesh, lane(hit, 0)));
+  ShadingOf<Pack3> shading = layer_shading(mesh, hit);
+  for (const MixedLayer& layer : mesh.over)
+    if (!layer.materials.empty() && layer.share > 0)
+      shading = mix(shading, layer_shading(layer, hit), clamp01(layer.share));
+  if (!mesh.vertex_colors.empty() && mesh.vertex_color_opacity > 0) {
+    Pack3 color;
+    for (int l = 0; l < kLanes; ++l) {
+      const Triangle& t = mesh.triangles[hit.triangle[l]];
+      const Vec3* colors = mesh.vertex_colors.data();
+      const float u = hit.u[l], v = hit.v[l];
+      set_lane(color, l, colors[t.v[0]] * (1 - u - v) + colors[t.v[1]] * u + colors[t.v[2]] * v);
+    }
+    shading.color = lerp(shading.color, color, broadcast<Pack>(clamp01(mesh.vertex_color_opacity)));
+  }
   return shading;
+}
+
+/// Returns the mesh that all lanes hit, or null if they hit several.
+const RenderMesh* find_only_mesh(const World& world, const MeshHitOf<Pack>& hit) {
+  const std::uint32_t first_mesh = hit.mesh[0];
+  return any(hit.mesh != first_mesh) ? nullptr : &world.geometry->mesh(first_mesh);
+}
+
+/// Calls compute_shading(hit) for each lane.
+template <class F>
+ShadingOf<Pack3> gather_shading(const MeshHitOf<Pack>& hit, const F& compute_shading) {
+  ShadingRows shadings;
+  for (int l = 0; l < kLanes; ++l) shadings.rows[l].shading = compute_shading(lane(hit, l));
+  return shadings.transposed();
 }
 
 }  // namespace
@@ -62,8 +191,15 @@ TexturePoint texture_point(const MaterialLayer& layer, std::uint32_t triangle, f
 }
 
 ShadingOf<Pack3> mixed_shading(const World& world, const MeshHitOf<Pack>& hit) {
-  return gather_shading(world, hit,
-                        [&](const MeshHit& lane_hit) { return mixed_shading(world, lane_hit); });
+  const RenderMesh* mesh = find_only_mesh(world, hit);
+  if (!mesh)
+    return gather_shading(hit,
+                          [&](const MeshHit& lane_hit) { return mixed_shading(world, lane_hit); });
+  const float weight = look_weight(*mesh);
+  const ShadingOf<Pack3> look = broadcast_shading(look_shading(world.look));
+  if (weight >= 1) return look;
+  const ShadingOf<Pack3> own = mesh_shading(*mesh, hit);
+  return weight > 0 ? mix(own, look, weight) : own;
 }
 
 BsdfOf<Pack3> make_bsdf_at(const World& world, const MeshHitOf<Pack>& hit, const Pack3& normal,
@@ -73,10 +209,14 @@ BsdfOf<Pack3> make_bsdf_at(const World& world, const MeshHitOf<Pack>& hit, const
   const ShadingOf<Pack3> look =
       make_matte_where(matte, broadcast_shading(look_shading(world.look)));
   if (!any(weight < 1.0f)) return make_bsdf(look, look, weight, normal, view);
-  const ShadingOf<Pack3> own = gather_shading(world, hit, [&](const MeshHit& lane_hit) {
+  const auto own_at = [&](const MeshHit& lane_hit) {
     const RenderMesh& mesh = world.geometry->mesh(lane_hit.mesh);
     return mesh.materials.empty() ? Shading{} : mesh_shading(mesh, lane_hit);
-  });
+  };
+  const RenderMesh* mesh = find_only_mesh(world, hit);
+  const ShadingOf<Pack3> own = !mesh                     ? gather_shading(hit, own_at)
+                               : mesh->materials.empty() ? broadcast_shading({})
+                                                         : mesh_shading(*mesh, hit);
   return make_bsdf(make_matte_where(matte, own), look, weight, normal, view);
 }
 
