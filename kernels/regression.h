@@ -20,12 +20,16 @@ namespace polymorph {
 
 constexpr int kRegressionValues = 8;  ///< per node: two quadruples
 constexpr float kSecondHeight = 0.02f, kThirdHeight = 0.0005f;
+/// The least exponent of a wide Gaussian; farther samples count as if they were that far away.
+constexpr float kMinKernelExponent = -120.0f;
+/// Factor of all kernels, which cancels. It keeps kernels of the least exponent normal numbers.
+constexpr float kKernelScale = 0x1p40f;
 
 /// A sample as the kernels read it: 2^(-falloff d^2) is the widest Gaussian.
 struct KernelSample {
   Vec3 center;
   float falloff = 0;
-  /// mass times the height of the narrow, the middle and the wide Gaussian
+  /// kKernelScale times mass times the height of the narrow, the middle and the wide Gaussian
   float mass = 0, second = 0, third = 0;
 };
 
@@ -36,6 +40,7 @@ struct RegressNodes {
   static constexpr int kNodes = 16, kChunks = 16, kSums = kRegressionValues + 1;
   struct Scratch {
     alignas(64) float sums[kChunks][kSums][kNodes];
+    alignas(64) float x[kNodes], y[kNodes], z[kNodes];  ///< positions of the nodes
   };
   Grid lattice;
   View<const KernelSample> samples;
@@ -48,19 +53,21 @@ struct RegressNodes {
     using V = typename Team::V;
     constexpr int kLanes = Lanes<V>::kCount, kPacks = kNodes / kLanes;
     const std::int64_t count = nodes.size / kRegressionValues;
+    team.each(kNodes, [&](int l) {
+      const std::int64_t node = run * kNodes + l;
+      const auto n = static_cast<std::uint32_t>(node < count ? node : count - 1);
+      const auto columns = static_cast<std::uint32_t>(lattice.points.x),
+                 rows = static_cast<std::uint32_t>(lattice.points.y);
+      const Vec3 p =
+          grid_point(lattice, {static_cast<int>(n % columns), static_cast<int>(n / columns % rows),
+                               static_cast<int>(n / columns / rows)});
+      scratch.x[l] = p.x, scratch.y[l] = p.y, scratch.z[l] = p.z;
+    });
+    team.sync();
     team.each(kPacks * kChunks, [&](int item) {
-      alignas(32) float x[kLanes], y[kLanes], z[kLanes];
       const int first = item % kPacks * kLanes, chunk = item / kPacks;
-      for (int l = 0; l < kLanes; ++l) {
-        const std::int64_t node = run * kNodes + first + l;
-        const std::int64_t n = node < count ? node : count - 1;
-        const std::int64_t row = n / lattice.points.x;
-        const Vec3 p = grid_point(lattice, {static_cast<int>(n % lattice.points.x),
-                                            static_cast<int>(row % lattice.points.y),
-                                            static_cast<int>(row / lattice.points.y)});
-        x[l] = p.x, y[l] = p.y, z[l] = p.z;
-      }
-      const Points<V> at = {Lanes<V>::load(x), Lanes<V>::load(y), Lanes<V>::load(z)};
+      const Points<V> at = {Lanes<V>::load(scratch.x + first), Lanes<V>::load(scratch.y + first),
+                            Lanes<V>::load(scratch.z + first)};
       V sums[kSums];
       if (sloped) {
         add_chunk<V, true>(at, chunk, sums);
@@ -91,14 +98,18 @@ struct RegressNodes {
                        begin = chunk * chunk_size;
     const std::int64_t end = begin + chunk_size < samples.size ? begin + chunk_size : samples.size;
     for (std::int64_t e = begin; e < end; ++e) {
-      const KernelSample sample = samples[e];
+      const KernelSample& sample = samples[e];
       const V dx = at.x - sample.center.x, dy = at.y - sample.center.y, dz = at.z - sample.center.z;
       const V d2 = fma(dz, dz, fma(dy, dy, dx * dx));
       // The limit keeps the argument in the range of exp2().
-      const V wide = exp2(max(d2 * -sample.falloff, broadcast<V>(-120.0f)));
-      // The narrower Gaussians are wide^4 and wide^16.
-      const V wide2 = wide * wide, middle = wide2 * wide2, middle2 = middle * middle;
-      const V narrow = middle2 * middle2;
+      const V exponent = max(d2 * -sample.falloff, broadcast<V>(kMinKernelExponent));
+      const V wide = exp2(exponent);
+      // The narrower Gaussians are wide^4 and wide^16. Where one would be below the normal numbers,
+      // with which processors are slow, it is 0 instead: rounding loses it beside the wide one.
+      const V normal = zero_unless(exponent > -31.0f, wide), normal2 = normal * normal,
+              middle = normal2 * normal2;
+      const V middle_normal = zero_unless(exponent > -7.75f, middle),
+              middle2 = middle_normal * middle_normal, narrow = middle2 * middle2;
       const V kernel = fma(narrow, broadcast<V>(sample.mass),
                            fma(middle, broadcast<V>(sample.second), wide * sample.third));
       const BallAttribute* attributes = values.data + 2 * e;
