@@ -4,7 +4,9 @@
 //
 // A field has, for V = float or a pack of floats,
 //   value(p), negated_gradient(p): the field and minus its gradient at Points<V>
-//   line_values<V>(grid, start): value() at as many points of a grid line as V has lanes
+//   prefetch(grid, first), on the CPU: asks for what the values of a brick need
+//   BrickValues<V>(field, grid, first): value() at the points of a brick; its call operator takes
+//     the index of a pack of them
 // The bounds of a field have
 //   local(team, box): a Local, which holds the bounds that are common to a node's whole box
 //   crossing_boxes(middles, half, local, has_rim): a mask of lanes; bit l is set if the surface can
@@ -141,16 +143,15 @@ struct SampleLevelSet : CountBricks {
 
   template <class Team>
   PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t item) const {
-    using V = typename Lanes<typename Team::V>::Half;
-    constexpr int kPacks = kBrickPoints / Lanes<V>::kCount;
+    using V = typename Team::V;
+    constexpr int kLanes = Lanes<V>::kCount;
     const Int3 first = first_point(bricks[begin + item]);
-    team.each(kPacks * kLines, [&](int pack) {
-      const int line = pack / kPacks, at = pack % kPacks * Lanes<V>::kCount;
-      const Int3 start = {first.x + at, first.y + line % kBrickPoints,
-                          first.z + line / kBrickPoints};
-      Lanes<V>::store(scratch.values + kBrickPoints * line + at,
-                      field.template line_values<V>(grid, start));
-    });
+#if defined(PM_PACKS)
+    if (begin + item + 1 < bricks.size) field.prefetch(grid, first_point(bricks[begin + item + 1]));
+#endif
+    const typename Field::template BrickValues<V> values_at(field, grid, first);
+    team.each(kBrickValues / kLanes,
+              [&](int i) { Lanes<V>::store(scratch.values + kLanes * i, values_at(i)); });
     team.sync();
     count(team, scratch, item, first);
   }
