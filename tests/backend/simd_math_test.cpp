@@ -79,7 +79,9 @@ TEST(Packs, gathers_of_rows_permutations_and_transposes_move_every_float) {
       gather_rows(table, index[l], offset, quadruple);
       for (int i = 0; i < 4; ++i) {
         const float expected = table[static_cast<int>(index[l]) + offsets[r] + i];
-        if (i < 2) EXPECT_EQ(pairs[r][i][l], expected) << l;
+        if (i < 2) {
+          EXPECT_EQ(pairs[r][i][l], expected) << l;
+        }
         EXPECT_EQ(quadruples[r][i][l], expected) << l;
         EXPECT_EQ(quadruple[0][i], expected) << l;
       }
