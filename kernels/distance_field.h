@@ -169,6 +169,8 @@ struct DistanceField {
   };
   template <class V>
   PM_HD Slope<V> slope(const Points<V>& p, V detail) const {
+    // A GPU's thread, which has one lane, has no registers for a stencil.
+    if constexpr (Lanes<V>::kCount == 1) return slope_by_values(p, detail);
     const Stencil<V> stencil = stencil_at(p);
     V detailed[7], smoothed[7], mixed[7];
     interpolate(values, stencil, detailed);
@@ -192,6 +194,18 @@ struct DistanceField {
   }
 
  private:
+  template <class V>
+  PM_HD Slope<V> slope_by_values(const Points<V>& p, V detail) const {
+    const auto difference = [&](float dx, float dy, float dz) {
+      const Points<V> high = {p.x + dx, p.y + dy, p.z + dz}, low = {p.x - dx, p.y - dy, p.z - dz};
+      return (value(high, detail) - value(low, detail)) * (0.5f * inv_cell);
+    };
+    const V by_detail = smooth ? value(p) - interpolate(smooth, locate(p)) : broadcast<V>(0.0f);
+    return {value(p, detail),
+            {difference(cell, 0, 0), difference(0, cell, 0), difference(0, 0, cell)},
+            by_detail};
+  }
+
   template <class V>
   PM_HD bool has_all_detail(V detail) const {
     return !smooth || Lanes<V>::bits(detail < 1.0f) == 0;
@@ -276,8 +290,7 @@ struct DistanceField {
   template <class V>
   struct Stencil {
     CellPosition<V> positions[7];
-    /// Adjacency of the six points' cells to that of p in all lanes. False also where it is
-    /// unknown, as in a GPU's thread.
+    /// Adjacency of the six points' cells to that of p, in all lanes.
     bool adjacent;
   };
   template <class V>
@@ -298,10 +311,9 @@ struct DistanceField {
       return (out.positions[i].index == index + step) &
              (out.positions[i + 1].index + step == index);
     };
-    // A GPU's thread has one lane, and no registers for all corners at once.
     constexpr std::uint32_t kAllLanes = (1u << Lanes<V>::kCount) - 1;
-    out.adjacent = Lanes<V>::kCount > 1 && Lanes<V>::bits(is_adjacent(1, 1) & is_adjacent(3, row) &
-                                                          is_adjacent(5, layer)) == kAllLanes;
+    out.adjacent = Lanes<V>::bits(is_adjacent(1, 1) & is_adjacent(3, row) &
+                                  is_adjacent(5, layer)) == kAllLanes;
     return out;
   }
   /// Interpolates at the points of a stencil. Adjacent cells share most of their corners, which are

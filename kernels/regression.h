@@ -252,10 +252,14 @@ struct SmoothMap {
           for (int i = 0; i < 3; ++i) columns[i].add(node, weights[i][n][l]);
         });
       } else {
-        // One after the other, because a GPU's thread has no registers for all three.
-        for (int i = 0; i < 3; ++i)
-          for_nodes(first,
-                    [&](const float* node, int n) { columns[i].add(node, weights[i][n][l]); });
+        // One after the other, because a GPU's thread has no registers for all three; without a
+        // loop, whose index would keep weights and sums out of registers.
+        const auto add_all = [&](Columns& sums, const float(&of_nodes)[9][kLanes]) {
+          for_nodes(first, [&](const float* node, int n) { sums.add(node, of_nodes[n][l]); });
+        };
+        add_all(columns[0], weights[0]);
+        add_all(columns[1], weights[1]);
+        add_all(columns[2], weights[2]);
       }
       const float w0 = at.x_weights[0][l], w1 = at.x_weights[1][l], w2 = at.x_weights[2][l];
       columns[0].interpolate(w0, w1, w2, values[0][l]);
