@@ -19,9 +19,10 @@ PM_HD V smoothstep(V t) {
   return x * x * (3.0f - 2.0f * x);
 }
 /// Returns the derivative of smoothstep().
-PM_HD inline float smoothstep_slope(float t) {
-  const float x = min(max(t, 0.0f), 1.0f);
-  return 6 * x * (1 - x);
+template <class V>
+PM_HD V smoothstep_slope(V t) {
+  const V x = min(max(t, broadcast<V>(0.0f)), broadcast<V>(1.0f));
+  return 6.0f * x * (1.0f - x);
 }
 
 /// Signed distances as a field of level_set.h, trilinear between the grid's points. At a distance b
@@ -33,8 +34,8 @@ PM_HD inline float smoothstep_slope(float t) {
 struct DistanceField {
   Vec3 origin;
   float cell = 1, inv_cell = 1;
-  Vec3 last;                         ///< points - 1 along each axis
-  std::uint32_t row = 1, layer = 1;  ///< index steps along y and z
+  Vec3 last;                        ///< points - 1 along each axis
+  std::int32_t row = 1, layer = 1;  ///< index steps along y and z
   const float* values = nullptr;
   const float* smooth = nullptr;       ///< smoothed distances at the same points; null: no detail
   float fade_end = 1, fade_scale = 1;  ///< DetailFade: its end, and 1 / (end - begin)
@@ -46,9 +47,8 @@ struct DistanceField {
         inv_cell(1 / grid.cell),
         last{static_cast<float>(grid.points.x - 1), static_cast<float>(grid.points.y - 1),
              static_cast<float>(grid.points.z - 1)},
-        row(static_cast<std::uint32_t>(grid.points.x)),
-        layer(static_cast<std::uint32_t>(grid.points.x) *
-              static_cast<std::uint32_t>(grid.points.y)),
+        row(grid.points.x),
+        layer(grid.points.x * grid.points.y),
         values(data) {}
 
   /// Adds smoothed distances, and the progress at which the detail fades.
@@ -60,8 +60,7 @@ struct DistanceField {
 
   template <class V>
   PM_HD V value(const Points<V>& p) const {
-    const CellPosition<V> position = locate(p);
-    return interpolate(values, position);
+    return interpolate(values, locate(p));
   }
 
   /// Evaluates the smoothed distances plus a fraction `detail` in [0, 1] of the detail.
@@ -69,14 +68,30 @@ struct DistanceField {
   PM_HD V value(const Points<V>& p, V detail) const {
     const CellPosition<V> position = locate(p);
     // Most points have all of the detail or none, so that one of the two grids is enough.
-    if (!smooth || Lanes<V>::bits(detail < 1.0f) == 0) return interpolate(values, position);
+    if (has_all_detail(detail)) return interpolate(values, position);
     const V smoothed = interpolate(smooth, position);
-    if (Lanes<V>::bits(detail > 0.0f) == 0) return smoothed;
+    if (has_no_detail(detail)) return smoothed;
+    return mix_detail(detail, interpolate(values, position), smoothed);
+  }
+
+  /// The least and the greatest value(p, detail) for `detail` in a range.
+  template <class V>
+  struct Range {
+    V low, high;
+  };
+  template <class V>
+  PM_HD Range<V> value_range(const Points<V>& p, V low_detail, V high_detail) const {
+    const CellPosition<V> position = locate(p);
+    if (has_all_detail(low_detail)) {
+      const V detailed = interpolate(values, position);
+      return {detailed, detailed};
+    }
+    const V smoothed = interpolate(smooth, position);
+    if (has_no_detail(high_detail)) return {smoothed, smoothed};
     const V detailed = interpolate(values, position);
-    // Each lane must get the bits that it would get alone, so lanes with no detail or with all of
-    // it skip the fma, which rounds and would turn -0 into +0.
-    const V mixed = select(detail > 0.0f, fma(detail, detailed - smoothed, smoothed), smoothed);
-    return select(detail < 1.0f, mixed, detailed);
+    const V a = mix_detail(low_detail, detailed, smoothed),
+            b = mix_detail(high_detail, detailed, smoothed);
+    return {min(a, b), max(a, b)};
   }
 
   /// Returns the fraction of its detail that an object keeps at `progress`, which is 0 at the
@@ -86,39 +101,144 @@ struct DistanceField {
     return smoothstep((fade_end - progress) * fade_scale);
   }
   /// Returns the derivative of detail_share().
-  PM_HD float detail_share_slope(float progress) const {
+  template <class V>
+  PM_HD V detail_share_slope(V progress) const {
     return -fade_scale * smoothstep_slope((fade_end - progress) * fade_scale);
   }
 
-  /// Returns the detail at p: the distance less the smoothed distance.
-  template <class V>
-  PM_HD V detail(const Points<V>& p) const {
-    if (!smooth) return broadcast<V>(0.0f);
-    const CellPosition<V> position = locate(p);
-    return interpolate(values, position) - interpolate(smooth, position);
-  }
-
-  template <class V>
-  PM_HD V line_values(const Grid& grid, Int3 start) const {
-    return value(line_points<V>(grid, start));
-  }
-
-  /// Returns the gradient of value(p, detail), by central differences over two cells.
-  template <class V>
-  PM_HD Points<V> gradient(const Points<V>& p, V detail) const {
-    const auto slope = [&](float dx, float dy, float dz) {
-      const Points<V> high = {p.x + dx, p.y + dy, p.z + dz}, low = {p.x - dx, p.y - dy, p.z - dz};
-      return (value(high, detail) - value(low, detail)) * (0.5f * inv_cell);
+#if defined(PM_PACKS)
+  /// Asks for the distances around a box with these corners, which will be read soon. The caches
+  /// hold few of them, and their rows and layers lie far apart.
+  void prefetch(const Points<Pack>& corners, bool detailed, bool smoothed) const {
+    const auto range = [&](Pack p, float first, float last_point, int(&out)[2]) {
+      const PackBits index = find_cell(p, first, last_point).index;
+      out[0] = out[1] = static_cast<int>(index[0]);
+      for (int l = 1; l < 8; ++l) {
+        const auto at = static_cast<int>(index[l]);
+        out[0] = at < out[0] ? at : out[0];
+        out[1] = at > out[1] ? at : out[1];
+      }
+      ++out[1];  // a cell ends at the next point
     };
-    return {slope(cell, 0, 0), slope(0, cell, 0), slope(0, 0, cell)};
+    int x[2], y[2], z[2];
+    range(corners.x, origin.x, last.x, x);
+    range(corners.y, origin.y, last.y, y);
+    range(corners.z, origin.z, last.z, z);
+    // The points of a brick read only some of the rows of a larger box.
+    constexpr int kMaxRows = 256;
+    if ((y[1] - y[0]) * (z[1] - z[0]) > kMaxRows) return;
+    constexpr int kLine = 16;  // floats in a cache line
+    for (int k = z[0]; k <= z[1]; ++k) {
+      for (int j = y[0]; j <= y[1]; ++j) {
+        const std::int64_t at = std::int64_t{layer} * k + std::int64_t{row} * j;
+        for (int i = x[0]; i < x[1] + kLine; i += kLine) {
+          const std::int64_t point = at + (i < x[1] ? i : x[1]);
+          if (detailed) prefetch_line(values + point);
+          if (smoothed) prefetch_line(smooth + point);
+        }
+      }
+    }
   }
+#endif
+
+#if defined(PM_PACKS)
+  /// Asks for the distances that the points of a brick need.
+  void prefetch(const Grid& of_points, Int3 first) const {
+    prefetch(brick_corners(of_points, first), true, false);
+  }
+#endif
+
+  /// value() at the points of a brick (level_set.h).
+  template <class V>
+  struct BrickValues {
+    const DistanceField& field;
+    Grid grid;
+    Int3 first;
+    PM_HD BrickValues(const DistanceField& of_field, const Grid& of_grid, Int3 first_point)
+        : field(of_field), grid(of_grid), first(first_point) {}
+    PM_HD V operator()(int item) const { return field.value(brick_points<V>(grid, first, item)); }
+  };
+
+  /// value(p, detail), its gradient by central differences over two cells, and its derivative by
+  /// `detail`: the distance less the smoothed distance, 0 without smoothed distances.
+  template <class V>
+  struct Slope {
+    V value;
+    Points<V> gradient;
+    V by_detail;
+  };
+  template <class V>
+  PM_HD Slope<V> slope(const Points<V>& p, V detail) const {
+    // A GPU's thread, which has one lane, has no registers for a stencil.
+    if constexpr (Lanes<V>::kCount == 1) return slope_by_values(p, detail);
+    const Stencil<V> stencil = stencil_at(p);
+    V detailed[7], smoothed[7], mixed[7];
+    interpolate(values, stencil, detailed);
+    if (smooth) interpolate(smooth, stencil, smoothed);
+    for (int i = 0; i < 7; ++i) {
+      mixed[i] = has_all_detail(detail)  ? detailed[i]
+                 : has_no_detail(detail) ? smoothed[i]
+                                         : mix_detail(detail, detailed[i], smoothed[i]);
+    }
+    const V scale = broadcast<V>(0.5f * inv_cell);
+    return {mixed[0],
+            {(mixed[1] - mixed[2]) * scale, (mixed[3] - mixed[4]) * scale,
+             (mixed[5] - mixed[6]) * scale},
+            smooth ? detailed[0] - smoothed[0] : broadcast<V>(0.0f)};
+  }
+
   template <class V>
   PM_HD Points<V> negated_gradient(const Points<V>& p) const {
-    const Points<V> g = gradient(p, broadcast<V>(1.0f));
+    const Points<V> g = slope(p, broadcast<V>(1.0f)).gradient;
     return {0.0f - g.x, 0.0f - g.y, 0.0f - g.z};  // never -0
   }
 
  private:
+  template <class V>
+  PM_HD Slope<V> slope_by_values(const Points<V>& p, V detail) const {
+    const auto difference = [&](float dx, float dy, float dz) {
+      const Points<V> high = {p.x + dx, p.y + dy, p.z + dz}, low = {p.x - dx, p.y - dy, p.z - dz};
+      return (value(high, detail) - value(low, detail)) * (0.5f * inv_cell);
+    };
+    const V by_detail = smooth ? value(p) - interpolate(smooth, locate(p)) : broadcast<V>(0.0f);
+    return {value(p, detail),
+            {difference(cell, 0, 0), difference(0, cell, 0), difference(0, 0, cell)},
+            by_detail};
+  }
+
+  template <class V>
+  PM_HD bool has_all_detail(V detail) const {
+    return !smooth || Lanes<V>::bits(detail < 1.0f) == 0;
+  }
+  template <class V>
+  PM_HD static bool has_no_detail(V detail) {
+    return Lanes<V>::bits(detail > 0.0f) == 0;
+  }
+  /// Mixes distances and smoothed distances. Each lane must get the bits that it would get alone,
+  /// so lanes with no detail or with all of it skip the fma, which rounds and would turn -0 into
+  /// +0.
+  template <class V>
+  PM_HD static V mix_detail(V detail, V detailed, V smoothed) {
+    const V mixed = select(detail > 0.0f, fma(detail, detailed - smoothed, smoothed), smoothed);
+    return select(detail < 1.0f, mixed, detailed);
+  }
+
+  /// The cell of a coordinate along an axis: its index, the coordinate within it in [0, 1], and how
+  /// far the coordinate is beyond the grid, in cells.
+  template <class V>
+  struct AxisCell {
+    decltype(to_index(V{})) index;
+    V fraction, beyond;
+  };
+  template <class V>
+  PM_HD AxisCell<V> find_cell(V p, float first, float last_point) const {
+    const V u = (p - first) * inv_cell;
+    const V clamped = min(max(u, broadcast<V>(0.0f)), broadcast<V>(last_point));
+    const V below = min(max(round_to_nearest(clamped - 0.5f), broadcast<V>(0.0f)),
+                        broadcast<V>(last_point - 1));
+    return {to_index(below), clamped - below, u - clamped};
+  }
+
   /// The cell of a point, its coordinates within the cell in [0, 1], and its distance from the
   /// grid.
   template <class V>
@@ -129,28 +249,35 @@ struct DistanceField {
     V distance2;  ///< squared distance from the grid, in cells
   };
   template <class V>
+  PM_HD CellPosition<V> join_axes(const AxisCell<V>& x, const AxisCell<V>& y,
+                                  const AxisCell<V>& z) const {
+    const V distance2 = fma(z.beyond, z.beyond, fma(y.beyond, y.beyond, x.beyond * x.beyond));
+    return {x.index + y.index * static_cast<std::uint32_t>(row) +
+                z.index * static_cast<std::uint32_t>(layer),
+            x.fraction, y.fraction, z.fraction, distance2};
+  }
+  template <class V>
   PM_HD CellPosition<V> locate(const Points<V>& p) const {
-    CellPosition<V> position;
-    position.distance2 = broadcast<V>(0.0f);
-    const auto x = find_cell(p.x, origin.x, last.x, position.x, position.distance2);
-    const auto y = find_cell(p.y, origin.y, last.y, position.y, position.distance2);
-    const auto z = find_cell(p.z, origin.z, last.z, position.z, position.distance2);
-    position.index = x + y * row + z * layer;
-    return position;
+    return join_axes(find_cell(p.x, origin.x, last.x), find_cell(p.y, origin.y, last.y),
+                     find_cell(p.z, origin.z, last.z));
   }
 
   /// Interpolates trilinearly; beyond the grid, returns -sqrt(b^2 + d^2).
   template <class V>
   PM_HD V interpolate(const float* data, const CellPosition<V>& position) const {
-    const auto interpolate_x = [&](std::uint32_t offset) {
-      V a, b;
-      gather_pairs(data + offset, position.index, a, b);
-      return fma(position.x, b - a, a);
-    };
-    const V near_low = interpolate_x(0), near_high = interpolate_x(row);
-    const V far_low = interpolate_x(layer), far_high = interpolate_x(layer + row);
-    const V near = fma(position.y, near_high - near_low, near_low);
-    const V far = fma(position.y, far_high - far_low, far_low);
+    const std::int32_t offsets[4] = {0, row, layer, layer + row};
+    V rows[4][2];
+    gather_rows(data, position.index, offsets, rows);
+    return interpolate(position, rows[0], rows[1], rows[2], rows[3]);
+  }
+  /// Interpolates between the cell's corners: four pairs along x, at its lower and upper y and, for
+  /// `far_low` and `far_high`, at its upper z.
+  template <class V>
+  PM_HD V interpolate(const CellPosition<V>& position, const V* near_low, const V* near_high,
+                      const V* far_low, const V* far_high) const {
+    const auto along_x = [&](const V* pair) { return fma(position.x, pair[1] - pair[0], pair[0]); };
+    const V low = along_x(near_low), near = fma(position.y, along_x(near_high) - low, low);
+    const V low_far = along_x(far_low), far = fma(position.y, along_x(far_high) - low_far, low_far);
     const V inside = fma(position.z, far - near, near);
     if (Lanes<V>::bits(position.distance2 > 0.0f) == 0) return inside;
     const V in_cells = inside * inv_cell;
@@ -158,18 +285,62 @@ struct DistanceField {
     return select(position.distance2 > 0.0f, outside, inside);
   }
 
-  /// Returns the cell of coordinate p along an axis, computes the fraction t within it, and adds to
-  /// the squared distance from the grid.
+  /// The points of a gradient's differences: p, and the points one cell above and below it along x,
+  /// y and z.
   template <class V>
-  PM_HD auto find_cell(V p, float first, float last_point, V& t, V& distance2) const {
-    const V u = (p - first) * inv_cell;
-    const V clamped = min(max(u, broadcast<V>(0.0f)), broadcast<V>(last_point));
-    const V beyond = u - clamped;
-    distance2 = fma(beyond, beyond, distance2);
-    const V below = min(max(round_to_nearest(clamped - 0.5f), broadcast<V>(0.0f)),
-                        broadcast<V>(last_point - 1));
-    t = clamped - below;
-    return to_index(below);
+  struct Stencil {
+    CellPosition<V> positions[7];
+    /// Adjacency of the six points' cells to that of p, in all lanes.
+    bool adjacent;
+  };
+  template <class V>
+  PM_HD Stencil<V> stencil_at(const Points<V>& p) const {
+    const AxisCell<V> x = find_cell(p.x, origin.x, last.x), y = find_cell(p.y, origin.y, last.y),
+                      z = find_cell(p.z, origin.z, last.z);
+    Stencil<V> out;
+    out.positions[0] = join_axes(x, y, z);
+    out.positions[1] = join_axes(find_cell(p.x + cell, origin.x, last.x), y, z);
+    out.positions[2] = join_axes(find_cell(p.x - cell, origin.x, last.x), y, z);
+    out.positions[3] = join_axes(x, find_cell(p.y + cell, origin.y, last.y), z);
+    out.positions[4] = join_axes(x, find_cell(p.y - cell, origin.y, last.y), z);
+    out.positions[5] = join_axes(x, y, find_cell(p.z + cell, origin.z, last.z));
+    out.positions[6] = join_axes(x, y, find_cell(p.z - cell, origin.z, last.z));
+    const auto index = out.positions[0].index;
+    const auto is_adjacent = [&](int i, std::int32_t cells) {
+      const auto step = static_cast<std::uint32_t>(cells);
+      return (out.positions[i].index == index + step) &
+             (out.positions[i + 1].index + step == index);
+    };
+    constexpr std::uint32_t kAllLanes = (1u << Lanes<V>::kCount) - 1;
+    out.adjacent = Lanes<V>::bits(is_adjacent(1, 1) & is_adjacent(3, row) &
+                                  is_adjacent(5, layer)) == kAllLanes;
+    return out;
+  }
+  /// Interpolates at the points of a stencil. Adjacent cells share most of their corners, which are
+  /// loaded once.
+  template <class V>
+  PM_HD void interpolate(const float* data, const Stencil<V>& stencil, V (&out)[7]) const {
+    const CellPosition<V>* at = stencil.positions;
+    if (!stencil.adjacent) {
+      for (int i = 0; i < 7; ++i) out[i] = interpolate(data, at[i]);
+      return;
+    }
+    // Four points along x, from the one before the cell on.
+    const std::int32_t longer[4] = {-1, row - 1, layer - 1, layer + row - 1};
+    V c[4][4];
+    gather_rows(data, at[0].index, longer, c);
+    out[0] = interpolate(at[0], c[0] + 1, c[1] + 1, c[2] + 1, c[3] + 1);
+    out[1] = interpolate(at[1], c[0] + 2, c[1] + 2, c[2] + 2, c[3] + 2);
+    out[2] = interpolate(at[2], c[0], c[1], c[2], c[3]);
+    const std::int32_t along_y[4] = {2 * row, layer + 2 * row, -row, layer - row};
+    V d[4][2];
+    gather_rows(data, at[0].index, along_y, d);
+    out[3] = interpolate(at[3], c[1] + 1, d[0], c[3] + 1, d[1]);
+    out[4] = interpolate(at[4], d[2], c[0] + 1, d[3], c[2] + 1);
+    const std::int32_t along_z[4] = {2 * layer, 2 * layer + row, -layer, row - layer};
+    gather_rows(data, at[0].index, along_z, d);
+    out[5] = interpolate(at[5], c[2] + 1, c[3] + 1, d[0], d[1]);
+    out[6] = interpolate(at[6], d[2], d[3], c[0] + 1, c[1] + 1);
   }
 };
 

@@ -37,6 +37,36 @@ PM_HD inline Points<V> line_points(const Grid& grid, Int3 start) {
   return {grid.origin.x + grid.cell * x, broadcast<V>(corner.y), broadcast<V>(corner.z)};
 }
 
+/// Returns points of a brick whose first grid point is `first`: as many as V has lanes, which are a
+/// part of a line, or two lines. Point `lanes * item` of the brick is the first one.
+template <class V>
+PM_HD inline Points<V> brick_points(const Grid& grid, Int3 first, int item) {
+  constexpr int kLanes = Lanes<V>::kCount;
+  const int line = item * kLanes / kBrickPoints;
+  const Int3 start = {first.x + item * kLanes % kBrickPoints, first.y + line % kBrickPoints,
+                      first.z + line / kBrickPoints};
+  if constexpr (kLanes <= kBrickPoints) {
+    return line_points<V>(grid, start);
+  } else {
+    using Half = typename Lanes<V>::Half;
+    const Points<Half> low = line_points<Half>(grid, start),
+                       high = line_points<Half>(grid, {start.x, start.y + 1, start.z});
+    return {join(low.x, high.x), join(low.y, high.y), join(low.z, high.z)};
+  }
+}
+
+#if defined(PM_PACKS)
+/// Returns the corners of a brick whose first grid point is `first`.
+inline Points<Pack> brick_corners(const Grid& grid, Int3 first) {
+  const Vec3 a = grid_point(grid, first),
+             b = grid_point(grid,
+                            {first.x + kBrickCells, first.y + kBrickCells, first.z + kBrickCells});
+  return {Pack{a.x, b.x, a.x, b.x, a.x, b.x, a.x, b.x},
+          Pack{a.y, a.y, b.y, b.y, a.y, a.y, b.y, b.y},
+          Pack{a.z, a.z, a.z, a.z, b.z, b.z, b.z, b.z}};
+}
+#endif
+
 /// Computes q of each ball of a batch, clamped to kMaxDistance2.
 template <class V>
 PM_HD inline void batch_q(const RoundBall (&batch)[kBatch], const Points<V>& p, V (&q)[kBatch]) {

@@ -4,7 +4,9 @@
 //
 // A field has, for V = float or a pack of floats,
 //   value(p), negated_gradient(p): the field and minus its gradient at Points<V>
-//   line_values<V>(grid, start): value() at as many points of a grid line as V has lanes
+//   prefetch(grid, first), on the CPU: asks for what the values of a brick need
+//   BrickValues<V>(field, grid, first): value() at the points of a brick; its call operator takes
+//     the index of a pack of them
 // The bounds of a field have
 //   local(team, box): a Local, which holds the bounds that are common to a node's whole box
 //   crossing_boxes(middles, half, local, has_rim): a mask of lanes; bit l is set if the surface can
@@ -41,11 +43,15 @@ struct ClassifyNodes {
     const std::int64_t p = item / Team::kParts;
     const int begin = static_cast<int>(item % Team::kParts) * kChildrenPerTeam;
     const Node parent = parents[p];
+    std::uint64_t candidates = ~std::uint64_t{0};
+    // A team of several threads tests as many children at once anyway.
+    if constexpr (Lanes<typename Team::V>::kCount > 1)
+      candidates = find_candidates(team, parent.at);
     team.each_group(kChildrenPerTeam, [&](int i) {
       const int child = begin + i;
+      if (!(candidates >> child & 1u)) return;
       const Int3 at = child_position(parent.at, child);
-      const bool exists = at.x < level.nodes.x && at.y < level.nodes.y && at.z < level.nodes.z;
-      const bool keep = exists && can_cross(team, at);
+      const bool keep = exists(at) && can_cross(team, at);
       if (!keep || !team.leads_group()) return;
       team.add(parents[p].children, std::uint64_t{1} << child);
       team.add(sums[p].first, 1u);
@@ -53,6 +59,41 @@ struct ClassifyNodes {
   }
 
  private:
+  PM_HD bool exists(Int3 at) const {
+    return at.x < level.nodes.x && at.y < level.nodes.y && at.z < level.nodes.z;
+  }
+
+  /// Tests a pack of children at a time with the bounds that their parent's box has in common.
+  /// Returns a bit for each child that the surface can cross by these bounds.
+  template <class Team>
+  PM_HD std::uint64_t find_candidates(const Team& team, Int3 parent) const {
+    using V = typename Team::V;
+    constexpr int kLanes = Lanes<V>::kCount;
+    const typename Bounds::Local local =
+        bounds.local(team, node_box(grid, level.cells * kBranching, 0, parent));
+    std::uint64_t candidates = 0;
+    for (int begin = 0; begin < kChildren; begin += kLanes) {
+      alignas(64) float x[kLanes], y[kLanes], z[kLanes];
+      Vec3 half;
+      bool has_rim = false;
+      for (int l = 0; l < kLanes; ++l) {
+        const Int3 at = child_position(parent, begin + l);
+        const Int3 n = level.nodes;
+        const NodeBox box = node_box(grid, level.cells, 0,
+                                     {at.x < n.x ? at.x : n.x - 1, at.y < n.y ? at.y : n.y - 1,
+                                      at.z < n.z ? at.z : n.z - 1});
+        const Vec3 half_of_box = 0.5f * (box.high - box.low), middle = box.low + half_of_box;
+        half = max(half, half_of_box);
+        has_rim = has_rim || box.has_rim;
+        x[l] = middle.x, y[l] = middle.y, z[l] = middle.z;
+      }
+      const Points<V> middles = {Lanes<V>::load(x), Lanes<V>::load(y), Lanes<V>::load(z)};
+      const std::uint64_t bits = bounds.crossing_boxes(middles, half, local, has_rim);
+      candidates |= bits << begin;
+    }
+    return candidates;
+  }
+
   template <class Team>
   PM_HD bool can_cross(const Team& team, Int3 at) const {
     const NodeBox box = node_box(grid, level.cells, 0, at);
@@ -141,16 +182,15 @@ struct SampleLevelSet : CountBricks {
 
   template <class Team>
   PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t item) const {
-    using V = typename Lanes<typename Team::V>::Half;
-    constexpr int kPacks = kBrickPoints / Lanes<V>::kCount;
+    using V = typename Team::V;
+    constexpr int kLanes = Lanes<V>::kCount;
     const Int3 first = first_point(bricks[begin + item]);
-    team.each(kPacks * kLines, [&](int pack) {
-      const int line = pack / kPacks, at = pack % kPacks * Lanes<V>::kCount;
-      const Int3 start = {first.x + at, first.y + line % kBrickPoints,
-                          first.z + line / kBrickPoints};
-      Lanes<V>::store(scratch.values + kBrickPoints * line + at,
-                      field.template line_values<V>(grid, start));
-    });
+#if defined(PM_PACKS)
+    if (begin + item + 1 < bricks.size) field.prefetch(grid, first_point(bricks[begin + item + 1]));
+#endif
+    const typename Field::template BrickValues<V> values_at(field, grid, first);
+    team.each(kBrickValues / kLanes,
+              [&](int i) { Lanes<V>::store(scratch.values + kLanes * i, values_at(i)); });
     team.sync();
     count(team, scratch, item, first);
   }

@@ -150,8 +150,9 @@ UploadedSamples upload_samples(Workspace<B>& work, const Regression& regression)
     const float widest_deviation = 4 * sample.deviation;
     // exp(-d^2 / (2 s^2)) = 2^(-kHalfLog2E d^2 / s^2)
     constexpr float kHalfLog2E = 0.72134752f;
-    samples[e] = {sample.center, kHalfLog2E / (widest_deviation * widest_deviation), sample.mass,
-                  kSecondHeight * sample.mass, kThirdHeight * sample.mass};
+    const float mass = kKernelScale * sample.mass;
+    samples[e] = {sample.center, kHalfLog2E / (widest_deviation * widest_deviation), mass,
+                  kSecondHeight * mass, kThirdHeight * mass};
     const auto maps = static_cast<std::size_t>(regression.maps);
     for (std::size_t m = 0; m < maps; ++m) values[2 * e + m] = regression.values[e * maps + m];
   }

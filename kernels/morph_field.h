@@ -48,7 +48,7 @@ struct MorphField {
   template <class V>
   PM_HD V value(const Points<V>& p) const {
     V map_values[kRegressionValues];
-    evaluate_map(p, map_values);
+    map.spline(p, map_values);
     return value(p, map_values);
   }
 
@@ -62,27 +62,65 @@ struct MorphField {
     return fma(broadcast<V>(-level), m[7], fma(smoothstep(m[3]), b - a, a));
   }
 
-  /// Evaluates value() at points of a grid line; their common terms along y and z are computed
-  /// once.
-  template <class V>
-  PM_HD V line_values(const Grid& grid, Int3 start) const {
-    const Points<V> p = line_points<V>(grid, start);
 #if defined(PM_PACKS)
-    if constexpr (Lanes<V>::kCount == 8) {
-      const Vec3 corner = grid_point(grid, start);
-      V map_values[kRegressionValues];
-      if (map.spline_line(p.x, corner.y, corner.z, map_values)) return value(p, map_values);
-    }
-#endif
-    return value(p);
+  /// Asks for the distances that the points of a brick need.
+  void prefetch(const Grid& grid, Int3 first) const {
+    Pack map_values[kRegressionValues];
+    Points<Pack> on_source, on_target;
+    pull_back(brick_corners(grid, first), map_values, on_source, on_target);
+    const auto fetch = [](const DistanceField& object, const Points<Pack>& corners, Pack detail) {
+      object.prefetch(corners, !object.smooth || Lanes<Pack>::bits(detail > 0.0f) != 0,
+                      object.smooth && Lanes<Pack>::bits(detail < 1.0f) != 0);
+    };
+    fetch(from, on_source, from.detail_share(map_values[3]));
+    fetch(to, on_target, to.detail_share(1.0f - map_values[3]));
   }
+#endif
+
+  /// value() at the points of a brick.
+  template <class V>
+  struct BrickValues {
+    const MorphField& field;
+    Grid grid;
+    Int3 first;
+#if defined(PM_PACKS)
+    BrickSpline spline;
+    BrickValues(const MorphField& of_field, const Grid& of_grid, Int3 first_point)
+        : field(of_field),
+          grid(of_grid),
+          first(first_point),
+          spline(field.map, axis_points(grid.origin.x, first.x),
+                 axis_points(grid.origin.y, first.y), axis_points(grid.origin.z, first.z)) {}
+    Pack axis_points(float origin, int index) const {
+      return origin + grid.cell * (Lanes<Pack>::iota() + static_cast<float>(index));
+    }
+#else
+    PM_HD BrickValues(const MorphField& of_field, const Grid& of_grid, Int3 first_point)
+        : field(of_field), grid(of_grid), first(first_point) {}
+#endif
+    PM_HD V operator()(int item) const {
+      const Points<V> p = brick_points<V>(grid, first, item);
+#if defined(PM_PACKS)
+      constexpr int kLanes = Lanes<V>::kCount;
+      if constexpr (kLanes >= kBrickPoints) {
+        if (spline.has_lines()) {
+          const int line = item * kLanes / kBrickPoints;
+          V map_values[kRegressionValues];
+          spline.line(line % kBrickPoints, line / kBrickPoints, map_values);
+          return field.value(p, map_values);
+        }
+      }
+#endif
+      return field.value(p);
+    }
+  };
 
   /// Computes the map's values m at p, and the corresponding points a on the source and b on the
   /// target.
   template <class V>
   PM_HD void pull_back(const Points<V>& p, V (&m)[kRegressionValues], Points<V>& a,
                        Points<V>& b) const {
-    evaluate_map(p, m);
+    map.spline(p, m);
     a = map.apply(0, p, Points<V>{m[0], m[1], m[2]});
     b = map.apply(1, p, Points<V>{m[4], m[5], m[6]});
   }
@@ -90,45 +128,27 @@ struct MorphField {
   /// Returns minus the gradient, which points outward at the surface.
   template <class V>
   PM_HD Points<V> negated_gradient(const Points<V>& p) const {
-    constexpr int kLanes = Lanes<V>::kCount;
-    // [0] to [2]: the derivatives of the map's values along x, y and z; [3]: the values.
-    alignas(32) float lanes[4][kRegressionValues][kLanes];
-    alignas(32) float x[kLanes], y[kLanes], z[kLanes];
-    Lanes<V>::store(x, p.x), Lanes<V>::store(y, p.y), Lanes<V>::store(z, p.z);
-    for (int l = 0; l < kLanes; ++l) {
-      alignas(32) float value[kRegressionValues], slopes[3][kRegressionValues];
-      map.spline({x[l], y[l], z[l]}, value, slopes);
-      for (int i = 0; i < kRegressionValues; ++i) {
-        lanes[3][i][l] = value[i];
-        for (int axis = 0; axis < 3; ++axis) lanes[axis][i][l] = slopes[axis][i];
-      }
-    }
-    const auto map_value = [&](int i) { return Lanes<V>::load(lanes[3][i]); };
-    const Points<V> a = map.apply(0, p, Points<V>{map_value(0), map_value(1), map_value(2)});
-    const Points<V> b = map.apply(1, p, Points<V>{map_value(4), map_value(5), map_value(6)});
-    const V detail_a = from.detail_share(map_value(3)),
-            detail_b = to.detail_share(1.0f - map_value(3));
-    const Points<V> gradient_a = from.gradient(a, detail_a), gradient_b = to.gradient(b, detail_b);
-    // At first, `db_dt` holds the progress t.
-    alignas(32) float db_dt[kLanes], slope_a[kLanes], slope_b[kLanes];
-    Lanes<V>::store(db_dt, map_value(3));
-    for (int l = 0; l < kLanes; ++l) {
-      slope_a[l] = from.detail_share_slope(db_dt[l]);
-      slope_b[l] = -to.detail_share_slope(1 - db_dt[l]);
-      db_dt[l] = smoothstep_slope(db_dt[l]);
-    }
-    const V from_distance = from_scale * from.value(a, detail_a);
-    const V to_distance = to_scale * to.value(b, detail_b);
+    V m[kRegressionValues], map_slopes[3][kRegressionValues];
+    map.spline(p, m, map_slopes);
+    const Points<V> a = map.apply(0, p, Points<V>{m[0], m[1], m[2]});
+    const Points<V> b = map.apply(1, p, Points<V>{m[4], m[5], m[6]});
+    const V progress = m[3], remaining = 1.0f - progress;
+    const auto slope_a = from.slope(a, from.detail_share(progress));
+    const auto slope_b = to.slope(b, to.detail_share(remaining));
+    const Points<V>& gradient_a = slope_a.gradient;
+    const Points<V>& gradient_b = slope_b.gradient;
+    const V from_distance = from_scale * slope_a.value;
+    const V to_distance = to_scale * slope_b.value;
     const V from_weight = from_scale / inv_slope(from_distance);
     const V to_weight = to_scale / inv_slope(to_distance);
-    const V weight_b = smoothstep(map_value(3));  // b of the formula above
+    const V weight_b = smoothstep(progress);  // b of the formula above
     // The shares of detail depend on the progress, too.
-    const V detail_a_dt = from_weight * from.detail(a) * Lanes<V>::load(slope_a);
-    const V detail_b_dt = to_weight * to.detail(b) * Lanes<V>::load(slope_b);
-    const V df_dt = fma(Lanes<V>::load(db_dt), compress(to_distance) - compress(from_distance),
+    const V detail_a_dt = from_weight * slope_a.by_detail * from.detail_share_slope(progress);
+    const V detail_b_dt = to_weight * slope_b.by_detail * -to.detail_share_slope(remaining);
+    const V df_dt = fma(smoothstep_slope(progress), compress(to_distance) - compress(from_distance),
                         fma(weight_b, detail_b_dt - detail_a_dt, detail_a_dt));
     const auto negated_derivative = [&](int axis) {
-      const auto map_slope = [&](int i) { return Lanes<V>::load(lanes[axis][i]); };
+      const auto map_slope = [&](int i) { return map_slopes[axis][i]; };
       // The chain rule: the distance's gradient times the map's derivative along the axis.
       const auto pulled_back_slope = [&](const AffineMap& affine, int first,
                                          const Points<V>& gradient) {
@@ -145,20 +165,6 @@ struct MorphField {
       return fma(broadcast<V>(level), map_slope(7), -map_term);
     };
     return {negated_derivative(0), negated_derivative(1), negated_derivative(2)};
-  }
-
- private:
-  template <class V>
-  PM_HD void evaluate_map(const Points<V>& p, V (&map_values)[kRegressionValues]) const {
-    constexpr int kLanes = Lanes<V>::kCount;
-    alignas(32) float x[kLanes], y[kLanes], z[kLanes], lanes[kRegressionValues][kLanes];
-    Lanes<V>::store(x, p.x), Lanes<V>::store(y, p.y), Lanes<V>::store(z, p.z);
-    for (int l = 0; l < kLanes; ++l) {
-      alignas(32) float value[kRegressionValues];
-      map.spline({x[l], y[l], z[l]}, value);
-      for (int i = 0; i < kRegressionValues; ++i) lanes[i][l] = value[i];
-    }
-    for (int i = 0; i < kRegressionValues; ++i) map_values[i] = Lanes<V>::load(lanes[i]);
   }
 };
 
@@ -227,42 +233,24 @@ struct MorphBounds {
             max_progress = map_values[3] + max_progress_change;
     const V min_blend = smoothstep(min_progress), max_blend = smoothstep(max_progress);
     const DistanceField &from = field.from, &to = field.to;
-    const Range<V> range_a =
-        distance_range(from, field.from_scale, a, from.detail_share(max_progress),
-                       from.detail_share(min_progress));
-    const Range<V> range_b =
-        distance_range(to, field.to_scale, b, to.detail_share(1.0f - min_progress),
-                       to.detail_share(1.0f - max_progress));
+    const auto range_a =
+        from.value_range(a, from.detail_share(max_progress), from.detail_share(min_progress));
+    const auto range_b = to.value_range(b, to.detail_share(1.0f - min_progress),
+                                        to.detail_share(1.0f - max_progress));
     const V shift = -field.level * map_values[7];
-    const V high_a = field.compress(range_a.high + max_change),
-            high_difference = field.compress(range_b.high + max_change) - high_a;
+    const V high_a = field.compress(field.from_scale * range_a.high + max_change),
+            high_difference = field.compress(field.to_scale * range_b.high + max_change) - high_a;
     const V high =
         max(fma(min_blend, high_difference, high_a), fma(max_blend, high_difference, high_a)) +
         shift + max_level_change;
     const std::uint32_t inside = Lanes<V>::bits(high > 0.0f);
     if (has_rim || inside == 0) return inside;
-    const V low_a = field.compress(range_a.low - max_change),
-            low_difference = field.compress(range_b.low - max_change) - low_a;
+    const V low_a = field.compress(field.from_scale * range_a.low - max_change),
+            low_difference = field.compress(field.to_scale * range_b.low - max_change) - low_a;
     const V low =
         min(fma(min_blend, low_difference, low_a), fma(max_blend, low_difference, low_a)) + shift -
         max_level_change;
     return inside & Lanes<V>::bits(low <= 0.0f);
-  }
-
- private:
-  template <class V>
-  struct Range {
-    V low, high;
-  };
-  /// Returns the range of the distance at a point, in scene units, over all shares of detail in
-  /// [low, high].
-  template <class V>
-  PM_HD static Range<V> distance_range(const DistanceField& object, float scale, const Points<V>& p,
-                                       V low, V high) {
-    const V at_high = scale * object.value(p, high);
-    if (Lanes<V>::bits(low < high) == 0) return {at_high, at_high};
-    const V at_low = scale * object.value(p, low);
-    return {min(at_high, at_low), max(at_high, at_low)};
   }
 };
 
@@ -304,8 +292,8 @@ struct SampleMap {
   PM_HD void operator()(std::int64_t i) const {
     if (i >= points.size) return;
     const Vec3 p = points[i];
-    alignas(32) float value[kRegressionValues];
-    map.spline(p, value);
+    float value[kRegressionValues];
+    map.spline(Points<float>{p.x, p.y, p.z}, value);
     for (int m = 0; m < maps; ++m) {
       const float* v = value + 4 * m;
       const Points<float> x =

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cstdint>
+#include <cstring>
 
 #include "field.h"
 #include "host_device.h"
@@ -20,12 +21,16 @@ namespace polymorph {
 
 constexpr int kRegressionValues = 8;  ///< per node: two quadruples
 constexpr float kSecondHeight = 0.02f, kThirdHeight = 0.0005f;
+/// The least exponent of a wide Gaussian; farther samples count as if they were that far away.
+constexpr float kMinKernelExponent = -120.0f;
+/// Factor of all kernels, which cancels. It keeps kernels of the least exponent normal numbers.
+constexpr float kKernelScale = 0x1p40f;
 
 /// A sample as the kernels read it: 2^(-falloff d^2) is the widest Gaussian.
 struct KernelSample {
   Vec3 center;
   float falloff = 0;
-  /// mass times the height of the narrow, the middle and the wide Gaussian
+  /// kKernelScale times mass times the height of the narrow, the middle and the wide Gaussian
   float mass = 0, second = 0, third = 0;
 };
 
@@ -36,6 +41,7 @@ struct RegressNodes {
   static constexpr int kNodes = 16, kChunks = 16, kSums = kRegressionValues + 1;
   struct Scratch {
     alignas(64) float sums[kChunks][kSums][kNodes];
+    alignas(64) float x[kNodes], y[kNodes], z[kNodes];  ///< positions of the nodes
   };
   Grid lattice;
   View<const KernelSample> samples;
@@ -48,19 +54,21 @@ struct RegressNodes {
     using V = typename Team::V;
     constexpr int kLanes = Lanes<V>::kCount, kPacks = kNodes / kLanes;
     const std::int64_t count = nodes.size / kRegressionValues;
+    team.each(kNodes, [&](int l) {
+      const std::int64_t node = run * kNodes + l;
+      const auto n = static_cast<std::uint32_t>(node < count ? node : count - 1);
+      const auto columns = static_cast<std::uint32_t>(lattice.points.x),
+                 rows = static_cast<std::uint32_t>(lattice.points.y);
+      const Vec3 p =
+          grid_point(lattice, {static_cast<int>(n % columns), static_cast<int>(n / columns % rows),
+                               static_cast<int>(n / columns / rows)});
+      scratch.x[l] = p.x, scratch.y[l] = p.y, scratch.z[l] = p.z;
+    });
+    team.sync();
     team.each(kPacks * kChunks, [&](int item) {
-      alignas(32) float x[kLanes], y[kLanes], z[kLanes];
       const int first = item % kPacks * kLanes, chunk = item / kPacks;
-      for (int l = 0; l < kLanes; ++l) {
-        const std::int64_t node = run * kNodes + first + l;
-        const std::int64_t n = node < count ? node : count - 1;
-        const std::int64_t row = n / lattice.points.x;
-        const Vec3 p = grid_point(lattice, {static_cast<int>(n % lattice.points.x),
-                                            static_cast<int>(row % lattice.points.y),
-                                            static_cast<int>(row / lattice.points.y)});
-        x[l] = p.x, y[l] = p.y, z[l] = p.z;
-      }
-      const Points<V> at = {Lanes<V>::load(x), Lanes<V>::load(y), Lanes<V>::load(z)};
+      const Points<V> at = {Lanes<V>::load(scratch.x + first), Lanes<V>::load(scratch.y + first),
+                            Lanes<V>::load(scratch.z + first)};
       V sums[kSums];
       if (sloped) {
         add_chunk<V, true>(at, chunk, sums);
@@ -91,14 +99,18 @@ struct RegressNodes {
                        begin = chunk * chunk_size;
     const std::int64_t end = begin + chunk_size < samples.size ? begin + chunk_size : samples.size;
     for (std::int64_t e = begin; e < end; ++e) {
-      const KernelSample sample = samples[e];
+      const KernelSample& sample = samples[e];
       const V dx = at.x - sample.center.x, dy = at.y - sample.center.y, dz = at.z - sample.center.z;
       const V d2 = fma(dz, dz, fma(dy, dy, dx * dx));
       // The limit keeps the argument in the range of exp2().
-      const V wide = exp2(max(d2 * -sample.falloff, broadcast<V>(-120.0f)));
-      // The narrower Gaussians are wide^4 and wide^16.
-      const V wide2 = wide * wide, middle = wide2 * wide2, middle2 = middle * middle;
-      const V narrow = middle2 * middle2;
+      const V exponent = max(d2 * -sample.falloff, broadcast<V>(kMinKernelExponent));
+      const V wide = exp2(exponent);
+      // The narrower Gaussians are wide^4 and wide^16. Where one would be below the normal numbers,
+      // with which processors are slow, it is 0 instead: rounding loses it beside the wide one.
+      const V normal = zero_unless(exponent > -31.0f, wide), normal2 = normal * normal,
+              middle = normal2 * normal2;
+      const V middle_normal = zero_unless(exponent > -7.75f, middle),
+              middle2 = middle_normal * middle_normal, narrow = middle2 * middle2;
       const V kernel = fma(narrow, broadcast<V>(sample.mass),
                            fma(middle, broadcast<V>(sample.second), wide * sample.third));
       const BallAttribute* attributes = values.data + 2 * e;
@@ -143,6 +155,54 @@ struct SplineAxis : SplineAxisOf<float> {
       : SplineAxisOf<float>(p, origin, inv_spacing, nodes), first(static_cast<int>(middle) - 1) {}
 };
 
+/// The eight values of three neighbours along x, as weighted sums over nodes along y and z.
+/// Each kind has a name of its own, because the linker takes functions of one name for the same.
+#if defined(PM_WIDE_PACKS)
+struct WideNodeColumns {
+  WidePack low;  ///< two columns
+  Pack high;
+  void add(const float* node, float weight) {
+    low = fma(broadcast<WidePack>(weight), Lanes<WidePack>::load(node), low);
+    high = fma(broadcast<Pack>(weight), Lanes<Pack>::load(node + 2 * kRegressionValues), high);
+  }
+  void interpolate(float w0, float w1, float w2, float* out) const {
+    const Pack sum = fma(broadcast<Pack>(w1), high_half(low), low_half(low) * w0);
+    Lanes<Pack>::store(out, fma(broadcast<Pack>(w2), high, sum));
+  }
+};
+using NodeColumns = WideNodeColumns;
+#elif defined(PM_PACKS)
+struct PackNodeColumns {
+  Pack column[3];
+  void add(const float* node, float weight) {
+    for (int i = 0; i < 3; ++i) {
+      column[i] =
+          fma(broadcast<Pack>(weight), Lanes<Pack>::load(node + kRegressionValues * i), column[i]);
+    }
+  }
+  void interpolate(float w0, float w1, float w2, float* out) const {
+    const Pack sum = fma(broadcast<Pack>(w1), column[1], column[0] * w0);
+    Lanes<Pack>::store(out, fma(broadcast<Pack>(w2), column[2], sum));
+  }
+};
+using NodeColumns = PackNodeColumns;
+#else
+struct ScalarNodeColumns {
+  float column[3][kRegressionValues];
+  PM_HD void add(const float* node, float weight) {
+    for (int i = 0; i < 3; ++i) {
+      for (int v = 0; v < kRegressionValues; ++v)
+        column[i][v] = fma(weight, node[kRegressionValues * i + v], column[i][v]);
+    }
+  }
+  PM_HD void interpolate(float w0, float w1, float w2, float* out) const {
+    for (int v = 0; v < kRegressionValues; ++v)
+      out[v] = fma(w2, column[2][v], fma(w1, column[1][v], column[0][v] * w0));
+  }
+};
+using NodeColumns = ScalarNodeColumns;
+#endif
+
 /// The spline as the kernels read it, with the affine maps. It has eight values at a point: a
 /// quadruple of each map.
 struct SmoothMap {
@@ -157,110 +217,61 @@ struct SmoothMap {
     affine[0] = regression.affine[0], affine[1] = regression.affine[1];
   }
 
-  PM_HD const float* node(int x, int y, int z) const {
-    const std::int64_t row = y + static_cast<std::int64_t>(lattice.points.y) * z;
-    return nodes + kRegressionValues * (x + lattice.points.x * row);
-  }
-
-  /// Evaluates the eight values at one point, without the affine maps; given `slopes`, also their
-  /// derivatives along x, y and z.
-  PM_HD void spline(Vec3 p, float (&value)[kRegressionValues]) const {
-    const SplineAxis x(p.x, lattice.origin.x, inv_spacing, lattice.points.x);
-    const SplineAxis y(p.y, lattice.origin.y, inv_spacing, lattice.points.y);
-    const SplineAxis z(p.z, lattice.origin.z, inv_spacing, lattice.points.z);
-    Values column[3];
-    for (int i = 0; i < 3; ++i)
-      column[i] = reduce_yz(x.first + i, y.first, z.first, y.weight, z.weight);
-    interpolate_x(column, x.weight, value);
-  }
-  PM_HD void spline(Vec3 p, float (&value)[kRegressionValues],
-                    float (&slopes)[3][kRegressionValues]) const {
-    const SplineAxis x(p.x, lattice.origin.x, inv_spacing, lattice.points.x);
-    const SplineAxis y(p.y, lattice.origin.y, inv_spacing, lattice.points.y);
-    const SplineAxis z(p.z, lattice.origin.z, inv_spacing, lattice.points.z);
-    Values column[3];
-    for (int i = 0; i < 3; ++i)
-      column[i] = reduce_yz(x.first + i, y.first, z.first, y.weight, z.weight);
-    interpolate_x(column, x.weight, value);
-    interpolate_x(column, x.slope, slopes[0]);
-    for (int i = 0; i < 3; ++i)
-      column[i] = reduce_yz(x.first + i, y.first, z.first, y.slope, z.weight);
-    interpolate_x(column, x.weight, slopes[1]);
-    for (int i = 0; i < 3; ++i)
-      column[i] = reduce_yz(x.first + i, y.first, z.first, y.weight, z.slope);
-    interpolate_x(column, x.weight, slopes[2]);
-    for (auto& axis : slopes) {
-      for (float& slope : axis) slope *= inv_spacing;
+  /// Evaluates the eight values at points, without the affine maps.
+  template <class V, class Columns = NodeColumns>
+  PM_HD void spline(const Points<V>& p, V (&value)[kRegressionValues]) const {
+    constexpr int kLanes = Lanes<V>::kCount;
+    const SplineNodes<V> at(*this, p);
+    alignas(64) float weights[9][kLanes], values[kLanes][kRegressionValues];
+    at.weigh(at.y.weight, at.z.weight, weights);
+    for (int l = 0; l < kLanes; ++l) {
+      Columns columns = {};
+      for_nodes(nodes + at.first[l],
+                [&](const float* node, int n) { columns.add(node, weights[n][l]); });
+      columns.interpolate(at.x_weights[0][l], at.x_weights[1][l], at.x_weights[2][l], values[l]);
     }
+    load_columns(values, value);
   }
-
-#if defined(PM_PACKS)
-  using Values = Pack;  ///< the eight values of a node
-  static Pack reduce_nodes(const float* at, std::int64_t row, std::int64_t layer, const float* wy,
-                           const float* wz) {
-    Pack sum = broadcast<Pack>(0.0f);
-    for (int k = 0; k < 3; ++k) {
-      for (int j = 0; j < 3; ++j) {
-        sum = fma(broadcast<Pack>(wy[j] * wz[k]), Lanes<Pack>::load(at + j * row + k * layer), sum);
+  /// Evaluates the values, and their derivatives along x, y and z.
+  template <class V, class Columns = NodeColumns>
+  PM_HD void spline(const Points<V>& p, V (&value)[kRegressionValues],
+                    V (&slopes)[3][kRegressionValues]) const {
+    constexpr int kLanes = Lanes<V>::kCount;
+    const SplineNodes<V> at(*this, p);
+    alignas(64) float weights[3][9][kLanes], x_slopes[3][kLanes];
+    at.weigh(at.y.weight, at.z.weight, weights[0]);
+    at.weigh(at.y.slope, at.z.weight, weights[1]);
+    at.weigh(at.y.weight, at.z.slope, weights[2]);
+    for (int i = 0; i < 3; ++i) Lanes<V>::store(x_slopes[i], at.x.slope[i]);
+    alignas(64) float values[4][kLanes][kRegressionValues];  // [0]: the values, then the slopes
+    for (int l = 0; l < kLanes; ++l) {
+      Columns columns[3] = {};
+      const float* first = nodes + at.first[l];
+      if constexpr (kLanes > 1) {
+        for_nodes(first, [&](const float* node, int n) {
+          for (int i = 0; i < 3; ++i) columns[i].add(node, weights[i][n][l]);
+        });
+      } else {
+        // One after the other, because a GPU's thread has no registers for all three; without a
+        // loop, whose index would keep weights and sums out of registers.
+        const auto add_all = [&](Columns& sums, const float(&of_nodes)[9][kLanes]) {
+          for_nodes(first, [&](const float* node, int n) { sums.add(node, of_nodes[n][l]); });
+        };
+        add_all(columns[0], weights[0]);
+        add_all(columns[1], weights[1]);
+        add_all(columns[2], weights[2]);
       }
+      const float w0 = at.x_weights[0][l], w1 = at.x_weights[1][l], w2 = at.x_weights[2][l];
+      columns[0].interpolate(w0, w1, w2, values[0][l]);
+      columns[0].interpolate(x_slopes[0][l], x_slopes[1][l], x_slopes[2][l], values[1][l]);
+      columns[1].interpolate(w0, w1, w2, values[2][l]);
+      columns[2].interpolate(w0, w1, w2, values[3][l]);
     }
-    return sum;
-  }
-  static Pack weigh_columns(const Pack* column, const float* wx) {
-    return fma(broadcast<Pack>(wx[2]), column[2],
-               fma(broadcast<Pack>(wx[1]), column[1], column[0] * wx[0]));
-  }
-  static void interpolate_x(const Pack (&column)[3], const float* wx, float* out) {
-    Lanes<Pack>::store(out, weigh_columns(column, wx));
-  }
-  /// Evaluates the eight values at eight points of a line along x, without the affine maps. Returns
-  /// false, without values, if more than eight nodes contribute to the points.
-  bool spline_line(Pack px, float py, float pz, Pack (&values)[kRegressionValues]) const {
-    const SplineAxisOf<Pack> x(px, lattice.origin.x, inv_spacing, lattice.points.x);
-    const auto begin = static_cast<int>(x.middle[0]) - 1,
-               count = static_cast<int>(x.middle[7]) + 2 - begin;
-    if (count > 8) return false;
-    const SplineAxis y(py, lattice.origin.y, inv_spacing, lattice.points.y);
-    const SplineAxis z(pz, lattice.origin.z, inv_spacing, lattice.points.z);
-    // At first values[n] holds the values of node n. After the transpose, values[i] holds value i
-    // of all nodes.
-    for (int n = 0; n < 8; ++n)
-      values[n] = n < count ? reduce_yz(begin + n, y.first, z.first, y.weight, z.weight) : Pack{};
-    transpose(values);
-    const PackBits first = x.middle - static_cast<std::uint32_t>(begin + 1);
-    for (Pack& value : values) {
-      const Pack row = value;
-      value = fma(x.weight[2], permute(row, first + 2u),
-                  fma(x.weight[1], permute(row, first + 1u), permute(row, first) * x.weight[0]));
+    load_columns(values[0], value);
+    for (int axis = 0; axis < 3; ++axis) {
+      load_columns(values[axis + 1], slopes[axis]);
+      for (V& slope : slopes[axis]) slope = slope * inv_spacing;
     }
-    return true;
-  }
-#else
-  struct Values {
-    float v[kRegressionValues];
-  };
-  PM_HD static Values reduce_nodes(const float* at, std::int64_t row, std::int64_t layer,
-                                   const float* wy, const float* wz) {
-    Values sum = {};
-    for (int k = 0; k < 3; ++k) {
-      for (int j = 0; j < 3; ++j) {
-        const float w = wy[j] * wz[k];
-        const float* from = at + j * row + k * layer;
-        for (int i = 0; i < kRegressionValues; ++i) sum.v[i] = fma(w, from[i], sum.v[i]);
-      }
-    }
-    return sum;
-  }
-  PM_HD static void interpolate_x(const Values (&column)[3], const float* wx, float* out) {
-    for (int i = 0; i < kRegressionValues; ++i) {
-      out[i] = fma(wx[2], column[2].v[i], fma(wx[1], column[1].v[i], column[0].v[i] * wx[0]));
-    }
-  }
-#endif
-  /// Sums the values of the 3 x 3 nodes at index x, weighted along y and z.
-  PM_HD Values reduce_yz(int x, int y, int z, const float* wy, const float* wz) const {
-    const std::int64_t row = std::int64_t{kRegressionValues} * lattice.points.x;
-    return reduce_nodes(node(x, y, z), row, row * lattice.points.y, wy, wz);
   }
 
   /// Returns the image of p under a map (0 or 1): its affine image plus `value`, the map's first
@@ -275,7 +286,178 @@ struct SmoothMap {
     return {along(a.rows[0], a.offset.x, value.x), along(a.rows[1], a.offset.y, value.y),
             along(a.rows[2], a.offset.z, value.z)};
   }
+
+ private:
+  /// The 3 x 3 x 3 nodes that contribute at each of several points.
+  template <class V>
+  struct SplineNodes {
+    static constexpr int kLanes = Lanes<V>::kCount;
+    SplineAxisOf<V> x, y, z;
+    alignas(64) std::uint32_t first[kLanes];  ///< index of the lowest node's first value
+    alignas(64) float x_weights[3][kLanes];
+
+    PM_HD SplineNodes(const SmoothMap& map, const Points<V>& p)
+        : x(p.x, map.lattice.origin.x, map.inv_spacing, map.lattice.points.x),
+          y(p.y, map.lattice.origin.y, map.inv_spacing, map.lattice.points.y),
+          z(p.z, map.lattice.origin.z, map.inv_spacing, map.lattice.points.z) {
+      const auto columns = static_cast<std::uint32_t>(map.lattice.points.x),
+                 rows = static_cast<std::uint32_t>(map.lattice.points.y);
+      const auto node = x.middle + columns * (y.middle + rows * z.middle);
+      const auto begin = kRegressionValues * (node - (1 + columns * (1 + rows)));
+      std::memcpy(first, &begin, sizeof begin);
+      for (int i = 0; i < 3; ++i) Lanes<V>::store(x_weights[i], x.weight[i]);
+    }
+    /// Multiplies weights along y with weights along z, in the order of for_nodes().
+    PM_HD void weigh(const V (&along_y)[3], const V (&along_z)[3], float (*out)[kLanes]) const {
+      for (int k = 0; k < 3; ++k) {
+        for (int j = 0; j < 3; ++j) Lanes<V>::store(out[3 * k + j], along_y[j] * along_z[k]);
+      }
+    }
+  };
+
+  /// Calls f(node, n) for the 3 x 3 nodes along y and z from `node` on.
+  template <class F>
+  PM_HD void for_nodes(const float* node, const F& f) const {
+    const std::int64_t row = std::int64_t{kRegressionValues} * lattice.points.x,
+                       layer = row * lattice.points.y;
+    for (int k = 0; k < 3; ++k) {
+      for (int j = 0; j < 3; ++j) f(node + j * row + k * layer, 3 * k + j);
+    }
+  }
+
+  /// Turns eight values of each lane into eight V.
+  PM_HD static void load_columns(const float (*lanes)[kRegressionValues],
+                                 float (&out)[kRegressionValues]) {
+    for (int i = 0; i < kRegressionValues; ++i) out[i] = lanes[0][i];
+  }
+#if defined(PM_PACKS)
+  static void load_columns(const float (*lanes)[kRegressionValues],
+                           Pack (&out)[kRegressionValues]) {
+    for (int l = 0; l < 8; ++l) out[l] = Lanes<Pack>::load(lanes[l]);
+    transpose(out);
+  }
+#endif
+#if defined(PM_WIDE_PACKS)
+  static void load_columns(const float (*lanes)[kRegressionValues],
+                           WidePack (&out)[kRegressionValues]) {
+    Pack low[kRegressionValues], high[kRegressionValues];
+    load_columns(lanes, low), load_columns(lanes + 8, high);
+    for (int i = 0; i < kRegressionValues; ++i) out[i] = join(low[i], high[i]);
+  }
+#endif
+  friend struct BrickSpline;
 };
+
+#if defined(PM_PACKS)
+/// The spline at the 8^3 points of a brick, whose points share coordinates and sums of nodes.
+struct BrickSpline {
+  static constexpr int kPoints = 8;  ///< along an axis
+
+  /// Takes the points' coordinates along each axis.
+  BrickSpline(const SmoothMap& of_map, Pack px, Pack py, Pack pz)
+      : map(of_map),
+        x(px, map.lattice.origin.x, map.inv_spacing, map.lattice.points.x),
+        y(py, map.lattice.origin.y, map.inv_spacing, map.lattice.points.y),
+        z(pz, map.lattice.origin.z, map.inv_spacing, map.lattice.points.z) {
+    const int end = static_cast<int>(x.middle[kPoints - 1]) + 2;
+    // Four nodes, which are loaded at once, must not reach beyond the row.
+    const int lowest = static_cast<int>(x.middle[0]) - 1, last_four = map.lattice.points.x - 4;
+    begin = lowest < last_four ? lowest : last_four;
+    count = end - begin;
+    column = x.middle - static_cast<std::uint32_t>(begin + 1);
+    for (int i = 0; i < 3; ++i) {
+      Lanes<Pack>::store(y_weight[i], y.weight[i]);
+      Lanes<Pack>::store(z_weight[i], z.weight[i]);
+    }
+#if defined(PM_WIDE_PACKS)
+    for (int i = 0; i < 3; ++i) x_weight[i] = join(x.weight[i], x.weight[i]);
+    first_value = reinterpret_cast<WidePackBits>(
+        join(reinterpret_cast<Pack>(8u * column), reinterpret_cast<Pack>(8u * column + 4u)));
+#endif
+  }
+
+  /// Evaluates the eight values, without the affine maps, at the points of a line along x, or at
+  /// those of two neighbouring lines. The brick must not have more than eight nodes along x.
+  bool has_lines() const { return count <= 8; }
+  void line(int line_y, int line_z, Pack (&values)[kRegressionValues]) const {
+    float weights[9];
+    const float* nodes = weigh_nodes(line_y, line_z, weights);
+    // At first values[n] holds the values of node n. After the transpose, values[i] holds value i
+    // of all nodes.
+    for (int n = 0; n < 8; ++n) {
+      values[n] = Pack{};
+      if (n >= count) continue;
+      map.for_nodes(nodes + kRegressionValues * n, [&](const float* node, int i) {
+        values[n] = fma(broadcast<Pack>(weights[i]), Lanes<Pack>::load(node), values[n]);
+      });
+    }
+    transpose(values);
+    for (Pack& value : values) {
+      const Pack row = value;
+      value = fma(x.weight[2], permute(row, column + 2u),
+                  fma(x.weight[1], permute(row, column + 1u), permute(row, column) * x.weight[0]));
+    }
+  }
+#if defined(PM_WIDE_PACKS)
+  void line(int line_y, int line_z, WidePack (&values)[kRegressionValues]) const {
+    if (count <= 4) {
+      // Values i and i + 4 of a line.
+      WidePack low[4], high[4];
+      half_lines(line_y, line_z, low), half_lines(line_y + 1, line_z, high);
+      for (int i = 0; i < 4; ++i) {
+        values[i] = join_low_halves(low[i], high[i]);
+        values[i + 4] = join_high_halves(low[i], high[i]);
+      }
+      return;
+    }
+    Pack low[kRegressionValues], high[kRegressionValues];
+    line(line_y, line_z, low), line(line_y + 1, line_z, high);
+    for (int i = 0; i < kRegressionValues; ++i) values[i] = join(low[i], high[i]);
+  }
+#endif
+
+ private:
+  /// Returns the lowest node of a line, and the weights of its rows along y and z.
+  const float* weigh_nodes(int line_y, int line_z, float (&weights)[9]) const {
+    for (int k = 0; k < 3; ++k) {
+      for (int j = 0; j < 3; ++j) weights[3 * k + j] = y_weight[j][line_y] * z_weight[k][line_z];
+    }
+    const std::int64_t row =
+        static_cast<std::int64_t>(y.middle[line_y]) - 1 +
+        map.lattice.points.y * (static_cast<std::int64_t>(z.middle[line_z]) - 1);
+    return map.nodes + kRegressionValues * (begin + map.lattice.points.x * row);
+  }
+#if defined(PM_WIDE_PACKS)
+  /// Evaluates a line to which four nodes contribute. values[i]: values i and, in the upper half,
+  /// i + 4.
+  void half_lines(int line_y, int line_z, WidePack (&values)[4]) const {
+    float weights[9];
+    WidePack low = {}, high = {};  // the values of two nodes each
+    map.for_nodes(weigh_nodes(line_y, line_z, weights), [&](const float* node, int i) {
+      const WidePack weight = broadcast<WidePack>(weights[i]);
+      low = fma(weight, Lanes<WidePack>::load(node), low);
+      high = fma(weight, Lanes<WidePack>::load(node + 16), high);
+    });
+    for (std::uint32_t i = 0; i < 4; ++i) {
+      const WidePackBits at = first_value + i;
+      values[i] =
+          fma(x_weight[2], permute(low, high, at + 16u),
+              fma(x_weight[1], permute(low, high, at + 8u), permute(low, high, at) * x_weight[0]));
+    }
+  }
+#endif
+
+  const SmoothMap& map;
+  SplineAxisOf<Pack> x, y, z;
+  int begin, count;  ///< nodes along x that contribute to the brick
+  PackBits column;   ///< the first of a point's three nodes along x, counted from `begin`
+  alignas(32) float y_weight[3][kPoints], z_weight[3][kPoints];
+#if defined(PM_WIDE_PACKS)
+  WidePack x_weight[3];      ///< weights of two lines
+  WidePackBits first_value;  ///< index of value 0 or 4 of the first node
+#endif
+};
+#endif
 
 /// Bounds of the spline's derivatives around a node along each axis, per scene unit.
 struct Strain {

@@ -4,8 +4,10 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
+#include "kernels/distance_field.h"
 #include "kernels/falloff.h"
 #include "kernels/regression.h"
 #include "testing/backend.h"
@@ -57,50 +59,124 @@ TEST(Math, branchless_selections_agree_with_comparisons) {
 }
 
 #if defined(PM_PACKS)
-TEST(Packs, gathers_of_pairs_permutations_and_transposes_move_every_float) {
+TEST(Packs, gathers_of_rows_permutations_and_transposes_move_every_float) {
   float table[64];
   for (int i = 0; i < 64; ++i) table[i] = static_cast<float>(i);
-  const PackBits index{3, 61, 0, 17, 17, 40, 8, 62};
-  Pack first, second;
-  gather_pairs(table, index, first, second);
+  const PackBits index{3, 53, 1, 17, 17, 40, 8, 52};
+  const std::int32_t offsets[2] = {-1, 8};
+  Pack pairs[2][2], quadruples[2][4];
+  gather_rows(table, index, offsets, pairs);
+  gather_rows(table, index, offsets, quadruples);
   const PackBits order{7, 0, 3, 3, 5, 1, 6, 2};
   const Pack permuted = permute(Lanes<Pack>::load(table + 8), order);
   Pack rows[8];
   for (int r = 0; r < 8; ++r) rows[r] = Lanes<Pack>::load(table + 8 * r);
   transpose(rows);
   for (int l = 0; l < 8; ++l) {
-    EXPECT_EQ(first[l], table[index[l]]) << l;
-    EXPECT_EQ(second[l], table[index[l] + 1]) << l;
+    for (int r = 0; r < 2; ++r) {
+      float quadruple[1][4];
+      const std::int32_t offset[1] = {offsets[r]};
+      gather_rows(table, index[l], offset, quadruple);
+      for (int i = 0; i < 4; ++i) {
+        const float expected = table[static_cast<int>(index[l]) + offsets[r] + i];
+        if (i < 2) {
+          EXPECT_EQ(pairs[r][i][l], expected) << l;
+        }
+        EXPECT_EQ(quadruples[r][i][l], expected) << l;
+        EXPECT_EQ(quadruple[0][i], expected) << l;
+      }
+    }
     EXPECT_EQ(permuted[l], table[8 + order[l]]) << l;
     for (int r = 0; r < 8; ++r) EXPECT_EQ(rows[r][l], table[8 * l + r]) << r << ' ' << l;
   }
 }
 
-TEST(Packs, a_line_of_a_spline_has_the_bits_of_its_points) {
+TEST(Packs, splines_have_the_bits_of_each_point_alone) {
   Regression regression;
   regression.lattice = {{-1, -1, -1}, 0.25f, {9, 9, 9}};
   std::vector<float> nodes(9 * 9 * 9 * kRegressionValues);
   for (std::size_t i = 0; i < nodes.size(); ++i)
     nodes[i] = static_cast<float>(i * 2654435761u % 1000003u) * 1e-6f - 0.4f;
   const SmoothMap map(regression, nodes.data());
-  // Lines within a cell, across some, beyond the lattice, and across too many.
+  const auto expect_point = [&](Vec3 p, const Pack(&values)[kRegressionValues], int lane) {
+    float expected[kRegressionValues];
+    map.spline(Points<float>{p.x, p.y, p.z}, expected);
+    for (int k = 0; k < kRegressionValues; ++k)
+      EXPECT_EQ(float_bits(values[k][lane]), float_bits(expected[k])) << p.x << ' ' << lane;
+  };
+  // Bricks within a cell, across some, beyond the lattice, and across too many.
   int done = 0;
   for (const float step : {0.01f, 0.11f, 0.17f, 0.4f})
-    for (const float start : {-1.3f, -0.6f, 0.1f, 0.9f}) {
-      const Pack x = start + step * Lanes<Pack>::iota();
-      Pack values[kRegressionValues];
-      if (!map.spline_line(x, 0.37f, -0.81f, values)) continue;
-      ++done;
+    for (const float start : {-1.3f, -0.6f, 0.1f, 0.55f, 0.9f}) {
+      const Pack x = start + step * Lanes<Pack>::iota(), y = x + 0.05f, z = x - 0.03f;
+      Pack values[kRegressionValues], slopes[3][kRegressionValues];
+      map.spline(Points<Pack>{x, y, z}, values);
+      for (int l = 0; l < 8; ++l) expect_point({x[l], y[l], z[l]}, values, l);
+      map.spline(Points<Pack>{x, y, z}, values, slopes);
       for (int l = 0; l < 8; ++l) {
-        alignas(32) float expected[kRegressionValues];
-        map.spline({x[l], 0.37f, -0.81f}, expected);
-        for (int k = 0; k < kRegressionValues; ++k)
-          EXPECT_EQ(float_bits(values[k][l]), float_bits(expected[k])) << step << ' ' << l;
+        expect_point({x[l], y[l], z[l]}, values, l);
+        float value[kRegressionValues], expected[3][kRegressionValues];
+        map.spline(Points<float>{x[l], y[l], z[l]}, value, expected);
+        for (int axis = 0; axis < 3; ++axis)
+          for (int k = 0; k < kRegressionValues; ++k)
+            EXPECT_EQ(float_bits(slopes[axis][k][l]), float_bits(expected[axis][k])) << step;
+      }
+      const BrickSpline brick(map, x, y, z);
+      if (!brick.has_lines()) continue;
+      ++done;
+      for (const auto& [j, k] : {std::pair(0, 0), std::pair(7, 2), std::pair(4, 7)}) {
+        brick.line(j, k, values);
+        for (int l = 0; l < 8; ++l) expect_point({x[l], y[j], z[k]}, values, l);
       }
     }
-  EXPECT_GE(done, 12);
-  Pack values[kRegressionValues];
-  EXPECT_FALSE(map.spline_line(-1.0f + 0.28f * Lanes<Pack>::iota(), 0, 0, values));
+  EXPECT_GE(done, 15);
+  EXPECT_FALSE(BrickSpline(map, -1.0f + 0.28f * Lanes<Pack>::iota(), Pack{}, Pack{}).has_lines());
+}
+
+TEST(Packs, slopes_of_distances_have_the_bits_of_their_differences) {
+  const Grid grid = {{-1, -1, -1}, 0.25f, {9, 9, 9}};
+  std::vector<float> values(9 * 9 * 9), smooth(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    values[i] = static_cast<float>(i * 2654435761u % 1000003u) * 1e-6f - 0.4f;
+    smooth[i] = 0.5f * values[i] + 0.01f;
+  }
+  DistanceField plain(grid, values.data()), detailed = plain;
+  detailed.set_detail(smooth.data(), {});
+  int inner = 0;
+  for (const DistanceField& field : {plain, detailed}) {
+    for (const float share : {0.0f, 0.3f, 1.0f}) {
+      // Inside, where the cells of all differences are neighbours, and across the border.
+      for (const float start : {-0.7f, -0.55f, -1.4f, 0.3f}) {
+        const Pack x = start + 0.15f * Lanes<Pack>::iota();
+        const Points<Pack> p = {x, 0.3f * x, 0.1f - 0.7f * x};
+        const Pack detail = broadcast<Pack>(share);
+        const auto slope = field.slope(p, detail);
+        const auto difference = [&](float dx, float dy, float dz) {
+          return (field.value(Points<Pack>{p.x + dx, p.y + dy, p.z + dz}, detail) -
+                  field.value(Points<Pack>{p.x - dx, p.y - dy, p.z - dz}, detail)) *
+                 (0.5f * field.inv_cell);
+        };
+        const Pack expected[4] = {field.value(p, detail), difference(grid.cell, 0, 0),
+                                  difference(0, grid.cell, 0), difference(0, 0, grid.cell)};
+        const Pack slopes[4] = {slope.value, slope.gradient.x, slope.gradient.y, slope.gradient.z};
+        for (int l = 0; l < 8; ++l) {
+          const Points<float> point = {p.x[l], p.y[l], p.z[l]};
+          const auto alone = field.slope(point, share);
+          const float of_point[4] = {alone.value, alone.gradient.x, alone.gradient.y,
+                                     alone.gradient.z};
+          for (int i = 0; i < 4; ++i) {
+            EXPECT_EQ(float_bits(slopes[i][l]), float_bits(expected[i][l])) << start << ' ' << i;
+            EXPECT_EQ(float_bits(of_point[i]), float_bits(expected[i][l])) << start << ' ' << i;
+          }
+          const float loss = field.value(point, 1.0f) - field.value(point, 0.0f);
+          EXPECT_EQ(slope.by_detail[l], field.smooth ? loss : 0.0f);
+          EXPECT_EQ(alone.by_detail, slope.by_detail[l]);
+          inner += std::abs(point.x) < 0.7f ? 1 : 0;
+        }
+      }
+    }
+  }
+  EXPECT_GT(inner, 50);
 }
 #endif
 

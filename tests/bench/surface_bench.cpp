@@ -157,6 +157,8 @@ int main(int argc, char** argv) {
   polymorph::add_between("cpu/between/128", Backend::kCpu, 500, 128);
   polymorph::add_between("cpu/between/256", Backend::kCpu, 500, 256);
   polymorph::add_between("cpu/between/256/4096", Backend::kCpu, 4096, 256);
+  polymorph::add_between("cpu/between/1024", Backend::kCpu, 500, 1024);
+  polymorph::add_between("baseline/between/256", Backend::kBaseline, 500, 256);
   polymorph::add_between("cuda/between/128", Backend::kCuda, 500, 128);
   polymorph::add_between("cuda/between/256", Backend::kCuda, 500, 256);
   polymorph::add_between("cuda/between/256/4096", Backend::kCuda, 4096, 256);
