@@ -133,7 +133,7 @@ TEST_F(AnimatedModel, KeysAreSplinesStepsAndIntegersAsTheFileSays) {
       R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0, 1, 2, 3, 4, 5, 6]}], "nodes": [
         {"name": "body", "mesh": 0}, {"name": "body", "mesh": 0, "scale": [3, 1, 1], "translation": [20, 0, 0]},
         {"name": "body", "mesh": 1, "translation": [40, 0, 0]},
-        {"mesh": 2, "skin": 0, "translation": [0, 50, 0]}, {"mesh": 3, "skin": 1},
+        {"mesh": 2, "skin": 0, "translation": [0, 50, 0]}, {"mesh": 3, "skin": 1, "translation": [0, 70, 0]},
         {"name": "bone", "translation": [60, 0, 0]}, {"name": "bone", "translation": [80, 0, 0]}],
         "skins": [{"joints": [5], "inverseBindMatrices": )" +
           bind + R"(}, {"joints": [6], "inverseBindMatrices": )" + bind + R"(}],

@@ -104,6 +104,40 @@ TEST(Facing, WhatHasNoFrontDoesNotTurn) {
   EXPECT_FALSE(find_facing(limbs, 0));
 }
 
+/// Balls in a row along x without limbs. Their radii grow towards +x by `growth` of the middle one.
+std::vector<Ball> cone(float growth) {
+  std::vector<Ball> balls;
+  for (int i = 0; i <= 8; ++i) {
+    const float x = 0.25f * static_cast<float>(i) - 1;
+    balls.push_back(ball_at({x, 1, 0}, 0.3f * (1 + growth * x)));
+  }
+  return balls;
+}
+
+/// A horizontal V of balls that points to +x.
+std::vector<Ball> wedge(float bend) {
+  std::vector<Ball> balls;
+  for (int i = -4; i <= 4; ++i) {
+    const float z = 0.25f * static_cast<float>(i);
+    balls.push_back(ball_at({-bend * std::fabs(z), 1, z}, 0.3f));
+  }
+  return balls;
+}
+
+TEST(Facing, UndecidedFrontsTurnForAClearGainOnly) {
+  const auto find = [](const std::vector<Ball>& from, const std::vector<Ball>& to) {
+    LimbPlan limbs{find_limbs(from), find_limbs(to)};
+    const auto angle = find_facing(limbs, 0);
+    EXPECT_TRUE(angle);
+    return angle.value_or(-1);
+  };
+  // A thick end is hardly more like the point of a V than like its open side: one of these two
+  // would turn if any gain sufficed.
+  EXPECT_LT(difference(find(cone(0.4f), wedge(0.7f)), 0), kDegree);
+  EXPECT_LT(difference(find(cone(0.4f), turn(wedge(0.7f), exact::kPi)), 0), kDegree);
+  EXPECT_LT(difference(find(cone(0.4f), turn(cone(0.5f), exact::kPi)), exact::kPi), kDegree);
+}
+
 TEST(Facing, FrontsThatAreKnownDecide) {
   LimbPlan limbs{find_limbs(animal(2, 0.9f)), find_limbs(ring())};
   const auto both = find_facing(limbs, 0, 90 * kDegree, -30 * kDegree);
