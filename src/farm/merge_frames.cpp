@@ -171,7 +171,7 @@ Status merge_frame(const FrameMerge& merge, const std::string& command) {
   std::vector<Part> parts;
   for (const fs::path& file : merge.parts) {
     PM_TRY(Image image, read_image(file, unlimited));
-    // read_image() changes some attributes. The merged file needs them exactly as in the part.
+    // Take the attributes with the names and values of the file, because they are written again.
     PM_TRY(image.attributes, read_exr_attributes(file));
     const FrameHeader header = parse_frame_header(image.attributes);
     if (!header.part)
