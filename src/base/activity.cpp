@@ -60,8 +60,8 @@ class Watcher {
     bool is_reported = false;
   };
 
-  /// Runs on the thread. Reports the innermost stage once, as soon as it has lasted long enough,
-  /// then waits for the next change.
+  /// Runs on thread_. Reports the innermost stage once, as soon as it has lasted long enough, then
+  /// waits for the next change.
   void report_stages() {
     using namespace std::chrono_literals;
     std::unique_lock lock(mutex_);
@@ -84,6 +84,7 @@ class Watcher {
       report(stage);
     }
   }
+  /// Shows a stage in the form of display_.
   void report(const Entry& stage) {
     const double seconds = std::chrono::duration<double>(Clock::now() - stage.start).count();
     if (display_ == ActivityDisplay::kLine) {
@@ -107,7 +108,7 @@ class Watcher {
   bool ended_ = false, is_drawn_ = false;  ///< is_drawn_: the status line shows a stage
 };
 
-// Constructs the log first, so that the log outlives the thread.
+// The first call of set_status_line() constructs the log, which thus outlives the watcher's thread.
 Watcher& watcher() {
   static const bool log_first = (set_status_line(""), true);
   static Watcher instance;

@@ -11,7 +11,7 @@ namespace {
 
 using Kind = PairsEvent::Kind;
 
-constexpr double kSpacing = 2.6;  // distance between the centers of pieces, which are 2 units wide
+constexpr double kSpacing = 2.6;  // distance between the centres of pieces, which are 2 units wide
 
 /// Returns the number of whole frames from the start to this time, rounded.
 int frame_at(double seconds, double fps) { return static_cast<int>(std::lround(seconds * fps)); }

@@ -66,8 +66,8 @@ struct PairsEvent {
   int score = 0;       ///< score after the event
 };
 
-/// Deals a level's board: shuffles the objects, by the game's seed, and hides them under the
-/// pieces.
+/// Deals a level's board: the pieces, to which the objects are assigned in random order. The order
+/// depends on the game's seed and the level.
 std::vector<PairsPiece> deal_board(const PairsGame& game, int level);
 
 /// State of a game that is being played.

@@ -155,7 +155,7 @@ std::string read_game(const JsonValue& json, const fs::path& folder, PairsFile& 
     return "must be an object {...} - a game begins like {\"objects\": [...], \"levels\": [...]}";
   Members members(json, "");
   std::string ignored, board;
-  members.text("description", ignored);  // a key for the game's authors
+  members.text("description", ignored);  // a known key, but not used
   members.seed("seed", file.game.seed);
   members.texts("moves", file.moves);
   members.text("board", board);
