@@ -21,7 +21,6 @@ Error make_too_large_error(const fs::path& path, std::size_t max_bytes) {
                     max_bytes >> 20, kMaxFiles);
 }
 
-/// Reads the selected files of a folder, as read_tree() does.
 Result<Files> read_folder(const fs::path& folder,
                           const std::function<bool(const std::string&)>& is_selected,
                           std::size_t max_bytes) {

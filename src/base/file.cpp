@@ -83,7 +83,6 @@ class DeferredSignals {
   struct sigaction previous_[std::size(kSignals)]{};
 };
 
-/// Makes the error for a file that cannot be written.
 Error write_error(const fs::path& path, int errno_value, const char* remedy) {
   return make_error(ErrorCode::kOutput, "{}: cannot write: {} - {}", path.string(),
                     std::strerror(errno_value), remedy);

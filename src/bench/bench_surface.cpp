@@ -59,7 +59,6 @@ Result<BallFile> bench_balls(const BenchSettings& settings) {
   return BallFile{kind, torus_balls(settings.balls, kind)};
 }
 
-/// Extracts the surface of the balls into `mesh`.
 Status extract_once(Engine& engine, const BallSet& balls, const Grid& grid,
                     const ExtractSettings& settings, Mesh& mesh) {
   return to_status(engine.extract(balls, grid, settings, mesh));

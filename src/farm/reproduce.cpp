@@ -1,8 +1,6 @@
 #include "farm/reproduce.h"
 
 #include <cstring>
-#include <memory>
-#include <optional>
 
 #include "base/file.h"
 #include "base/program_identity.h"

@@ -1,7 +1,6 @@
 #include "film/render_sequence.h"
 
 #include <algorithm>
-#include <atomic>
 #include <deque>
 #include <fstream>
 #include <optional>
@@ -14,9 +13,7 @@
 #include "base/parallel.h"
 #include "base/plural.h"
 #include "base/stopwatch.h"
-#include "base/text.h"
 #include "base/worker.h"
-#include "compare/explain.h"
 #include "device/device.h"
 #include "film/estimate.h"
 #include "film/frame_files.h"
@@ -47,7 +44,6 @@ std::uint64_t peak_memory_bytes() {
   return kilobytes * 1024;
 }
 
-/// Lists the files of a frame: the EXR, the PNG or both.
 std::vector<fs::path> list_files(const SequenceSettings& settings, int frame) {
   std::vector<fs::path> files;
   for (const FramePattern* pattern : {&settings.exr, &settings.png})
@@ -63,8 +59,8 @@ bool has_png(const SequenceSettings& settings) {
   return !settings.png.before.empty() || settings.png.has_number();
 }
 
-/// Checks before any work that no file is a folder, or exists without leave to replace it, and that
-/// the folder of the files is writable. Removes old temporary files from that folder.
+/// Checks before any work that no file is a folder, that no file exists unless the settings permit
+/// it, and that the folder of the files is writable. Removes old temporary files from that folder.
 Status check_outputs(const SequenceSettings& settings) {
   std::size_t existing = 0;
   fs::path first_existing;
@@ -101,7 +97,6 @@ Status write_png(const Image& image, const std::filesystem::path& file, PngSetti
   return write_image(file, shown, png);
 }
 
-/// Writes the files of a frame.
 Status write_frame(const Image& image, const SequenceSettings& settings, const Scene& scene,
                    int frame, const std::optional<ViewTransform>& view) {
   const PngSettings png = png_settings(scene, frame);
@@ -149,6 +144,7 @@ class SequenceRun {
       : settings_(settings), progress_(progress) {}
 
   Result<RunReport> run(const Scene& scene) {
+    // Check outputs, devices and memory before any work.
     const Stopwatch stopwatch;
     report_.threads = thread_count();
     PM_TRY_STATUS(check_outputs(settings_));
@@ -162,6 +158,7 @@ class SequenceRun {
     if (has_png(settings_) && !settings_.view.empty()) {
       PM_TRY(view_, ViewTransform::open(settings_.view));
     }
+    // Prepare the scene while the tracers open.
     begin_opening(devices);
     PM_TRY(prepared_, prepare_scene(scene, *engine_, settings_.cache_folder,
                                     {settings_.max_memory, picture_count},
@@ -183,8 +180,9 @@ class SequenceRun {
     report_.scene_hash = prepared_.hashes.scene;
     report_.provenance = make_provenance(scene, prepared_.inputs);
     if (!has_exr(settings_)) prepared_.scene.image.aovs = "none";  // PNG has no layers
+    // Render the frames.
     report_.frames.resize(settings_.frames.size());
-    const Stopwatch frames;
+    const Stopwatch frames_stopwatch;
     Status status = Ok{};
     try {
       status = start_frames();
@@ -205,7 +203,7 @@ class SequenceRun {
       PM_TRY(report_.estimate,
              estimate_frames(prepared_, *engine_, renderer, planned, settings_.part));
     }
-    report_.frames_seconds = frames.seconds();
+    report_.frames_seconds = frames_stopwatch.seconds();
     report_.peak_memory = peak_memory_bytes();
     report_.total_seconds = stopwatch.seconds();
     return std::move(report_);
@@ -215,7 +213,7 @@ class SequenceRun {
   /// A thread that makes surfaces and traces frames.
   struct Tracer {
     std::optional<Renderer> renderer;  ///< set once the tracer is open
-    std::string device;
+    std::string device;                ///< device that traces, "cpu" or "cuda:N"
     std::unique_ptr<Engine> engine;  ///< engine of its GPU; null: start_frame() makes the surfaces
     std::future<Status> opened;      ///< result of opening the tracer
     Worker worker;                   // destroyed first: its tasks use the members above
@@ -237,7 +235,7 @@ class SequenceRun {
   struct Tracing {
     /// Indices (in settings_.frames) of the frame and of the next frames with identical pixels.
     std::vector<std::size_t> indices;
-    std::string picture;  ///< picture_key()
+    std::string key;  ///< picture_key()
     std::future<Traced> result;
   };
   /// Result of writing a frame.
@@ -336,8 +334,9 @@ class SequenceRun {
         return record_failure(record, check.error());
       }
     if (settings_.dry_run) return record_finish(record);
-    std::string picture = picture_key(prepared_, record.frame);
-    if (!picture.empty() && !tracing_.empty() && tracing_.back().picture == picture) {
+    // A frame with the pixels of the frame before is not traced again.
+    std::string key = picture_key(prepared_, record.frame);
+    if (!key.empty() && !tracing_.empty() && tracing_.back().key == key) {
       tracing_.back().indices.push_back(index);
       return Ok{};
     }
@@ -353,7 +352,7 @@ class SequenceRun {
     }
     Status status = Ok{};
     if (tracing_.size() == frames_at_once()) status = finish_tracing();
-    begin_tracing(index, std::move(picture), std::move(surfaces));
+    begin_tracing(index, std::move(key), std::move(surfaces));
     return status;
   }
 
@@ -372,7 +371,7 @@ class SequenceRun {
   }
 
   /// Traces a frame on the next tracer, which also makes its surfaces unless they are given.
-  void begin_tracing(std::size_t index, std::string picture, std::optional<Surfaces> surfaces) {
+  void begin_tracing(std::size_t index, std::string key, std::optional<Surfaces> surfaces) {
     Tracer* tracer = tracers_[started_count_++ % tracers_.size()].get();
     const int frame = report_.frames[index].frame;
     auto task = [this, tracer, frame, surfaces = std::move(surfaces)]() mutable -> Traced {
@@ -388,7 +387,7 @@ class SequenceRun {
       surfaces->geometry = {};  // no longer needed: frees its memory
       return {std::move(image), stopwatch.seconds(), std::move(*surfaces)};
     };
-    tracing_.push_back({{index}, std::move(picture), tracer->worker.run(std::move(task))});
+    tracing_.push_back({{index}, std::move(key), tracer->worker.run(std::move(task))});
   }
 
   /// Waits until the oldest frame is traced, and starts to write it and the frames with identical
@@ -521,7 +520,7 @@ class SequenceRun {
   /// than this run renders. Errors: kOutput.
   Status check_no_samples_lost(const FrameRecord& record) const {
     const std::string hash = frame_hash(prepared_.scene, prepared_.hashes, record.frame);
-    const auto name = [](const std::optional<SampleRange>& part) {
+    const auto describe = [](const std::optional<SampleRange>& part) {
       return part ? "samples " + format_sample_range(*part) : std::string("all samples");
     };
     for (const fs::path& file : record.files) {
@@ -529,11 +528,11 @@ class SequenceRun {
       if (file.extension() != ".exr" || !fs::exists(file, error)) continue;
       const auto header = read_frame_header(file);
       if (!header || header->identity != hash || header->frame != record.frame) continue;
-      if (name(header->part) == name(settings_.part)) continue;
+      if (describe(header->part) == describe(settings_.part)) continue;
       return make_error(ErrorCode::kOutput,
                         "{}: has {} of this frame, which would be lost - write to another name, or "
                         "add --overwrite",
-                        file.string(), name(header->part));
+                        file.string(), describe(header->part));
     }
     return Ok{};
   }
@@ -582,7 +581,8 @@ int jobs_for_devices(int devices) {
 
 int jobs_for(int width, int height, std::size_t frames) {
   constexpr int kTile = 16;  // pixels along a tile's edge (render/film/convergence.h)
-  // Use so many jobs that there are 64 tiles per thread, but at most one job per thread and frame.
+  // Choose so many jobs that their frames have 64 tiles per thread, but at most one job per thread
+  // and per frame.
   constexpr int kTilesPerThread = 64, kMaxJobs = 16;
   const int tiles = ((width + kTile - 1) / kTile) * ((height + kTile - 1) / kTile);
   const int jobs = (kTilesPerThread * thread_count() + tiles - 1) / tiles;

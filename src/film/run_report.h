@@ -49,7 +49,7 @@ struct RunReport {
   /// Devices that rendered ("cpu" or "cuda:0,cuda:1"); instruction set of the tracer
   /// (Renderer::isa()); SequenceHashes::scene.
   std::string device, isa, scene_hash;
-  int threads = 1;         ///< number of CPU threads
+  int threads = 1;  ///< number of CPU threads
   double prepare_seconds = 0, total_seconds = 0;
   double frames_seconds = 0;      ///< time from the start of the first frame to the end of the last
   std::uint64_t peak_memory = 0;  ///< bytes

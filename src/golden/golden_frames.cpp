@@ -1,17 +1,13 @@
 #include "golden/golden_frames.h"
 
-#include <fcntl.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
-#include <cstdio>
 #include <cstdlib>
 
 #include "base/file.h"
 #include "base/hash.h"
 #include "base/sha256.h"
 #include "base/shell_quote.h"
-#include "base/text.h"
 #include "device/device.h"
 #include "film/frame_files.h"
 #include "film/render_sequence.h"
@@ -22,7 +18,6 @@
 #include "scene/load_scene.h"
 #include "sequence/frame/frame_geometry.h"
 #include "sequence/frame/render_frame.h"
-#include "sequence/frame/render_scene.h"
 #include "sequence/prepare/engine_scene.h"
 
 namespace polymorph {

@@ -1,8 +1,6 @@
 #include "golden/golden_run.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdlib>
 
 #include "base/file.h"
 #include "base/sha256.h"
@@ -13,7 +11,6 @@
 #include "golden/golden_masks.h"
 #include "golden/golden_write.h"
 #include "image/image_io.h"
-#include "scene/load_scene.h"
 
 namespace polymorph {
 namespace {

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "base/json.h"
-#include "base/text.h"
 
 namespace polymorph {
 namespace {
@@ -55,6 +54,7 @@ JsonValue make_actor(const LevelFilm& film, int piece) {
   const double fps = frames_per_second(file);
   const int column = piece % grid.columns, row = piece / grid.columns;
   JsonValue actor{{"name", format_square(grid, piece)}};
+  // Row 0 is in front, at the largest z.
   actor["translate"] = JsonValue::array({(column - (grid.columns - 1) / 2.0) * kSpacing, 0,
                                          ((grid.rows - 1) / 2.0 - row) * kSpacing});
   // Add an object and a leg per event. Between two legs, the object stands still ("hold").
