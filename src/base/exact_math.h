@@ -43,7 +43,8 @@ inline SinCos sin_cos_taylor(double x) {
   }
   return {x * (1 + s), 1 + c};
 }
-/// Sine and cosine of x radians, |x| < 10^5: those of r = x - n pi/2, changed by the quadrant n.
+/// Sine and cosine of x radians, |x| < 10^5: those of r = x - n pi/2 in [-pi/4, pi/4], swapped and
+/// negated according to n mod 4.
 inline SinCos sin_cos(double x) {
   const double n = round_to_nearest(x * (2 / kPi));
   // Cody-Waite reduction: the first two parts of pi/2 have 33 bits, so that n times them is exact.

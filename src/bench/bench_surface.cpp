@@ -100,9 +100,9 @@ Status bench_interpolation(Bench& bench, const std::string& name, const Extracte
 }
 
 /// Measures the report's Table 6.7: surfaces per second, by skin resolution (cells of the surface's
-/// grid along an axis) and influence resolution (points along an axis at which the field is
-/// evaluated; it is interpolated between them). Also measures the error of the volume that the
-/// interpolation causes.
+/// grid along an axis) and influence resolution (intervals along an axis, each of a whole number of
+/// cells, at whose ends the field is evaluated). Also measures the error of the volume that the
+/// interpolation of the field between these points causes.
 Status bench_table(Bench& bench, Engine& engine) {
   PM_TRY(const BallFile file, bench_balls(bench.settings));
   const BallSet balls = file.balls;

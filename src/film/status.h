@@ -23,7 +23,7 @@ enum class FileState {
   kMissing,     ///< there is no such file
   kStale,       ///< made from another scene, with other settings or by another build
   kUnreadable,  ///< no complete image
-  kPart,        ///< has only some of the frame's samples, or other samples than expected
+  kPart,        ///< has some of the frame's samples, but not those that are expected
 };
 
 /// Hashes all inputs of the scene's frames except the program: content_hash()

@@ -31,7 +31,7 @@ struct FailedFrame {
   std::string sha256;  ///< hash of its file
 };
 
-/// The contents of a report.json that matter here.
+/// The contents of a report.json that accept_report() uses.
 struct ParsedReport {
   std::string program;  ///< program_identity() of the build that made it
   std::map<std::string, std::string> suite_hashes;         ///< suite_hash() by the suite's name

@@ -42,7 +42,7 @@ std::string quote(const std::string& text) {
   return out + "'";
 }
 
-/// Escapes []: and \, which have a meaning in a specification of zsh's _arguments.
+/// Escapes the characters [ ] : and \, which have a meaning in a specification of zsh's _arguments.
 std::string escape_zsh(const std::string& text) {
   std::string out;
   for (const char c : text)
