@@ -278,7 +278,8 @@ void sync_folder(const fs::path& path) {
   if (folder.fd >= 0) ::fsync(folder.fd);
 }
 
-/// A pending replacement of `path`, with the old file kept for undo().
+/// A pending replacement of `path`. The old file is kept for undo() until the destructor removes
+/// it.
 struct Replacement {
   const fs::path& path;
   Temporary new_file, old_file;

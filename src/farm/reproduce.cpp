@@ -94,7 +94,7 @@ void check_inputs(const Provenance& provenance, const fs::path& folder, Reproduc
 
 /// Tests whether the header describes AOV layers. If the frame was written only as a PNG, it was
 /// rendered without layers, and its header does not describe any.
-bool names_layers(const Image& image) {
+bool describes_layers(const Image& image) {
   for (const Attribute& attribute : image.attributes)
     if (attribute.name == "polymorph/labels" || attribute.name.starts_with("cryptomatte/"))
       return true;
@@ -105,7 +105,7 @@ bool names_layers(const Image& image) {
 Result<std::string> render_again(const FrameFile& original, const PreparedScene& prepared,
                                  Engine& engine, Renderer& renderer) {
   PM_TRY(const FrameGeometry geometry, geometry_at(prepared, engine, original.frame));
-  PM_TRY(Image image, render_frame(prepared, geometry, renderer, "", ""));
+  PM_TRY(Image image, render_frame(prepared, geometry, renderer, /*device=*/"", /*command=*/""));
   const auto entry = [&](const char* name) {
     return format_entry(original.image, name).value_or("");
   };
@@ -164,7 +164,7 @@ Result<Reproduction> reproduce_frame(const fs::path& file, const fs::path& model
   // The preparation has read all files, so entries for several files can be compared, too.
   result.changed = compare_inputs(provenance.files, name_files(prepared.inputs, {{folder}}));
   if (!result.changed.empty()) return result;
-  if (original.is_png && !names_layers(original.image)) prepared.scene.image.aovs = "none";
+  if (original.is_png && !describes_layers(original.image)) prepared.scene.image.aovs = "none";
   prepared.provenance = original.encoded_provenance;
   PM_TRY(Renderer renderer, make_renderer(engine_scene.device, resources.max_memory));
   PM_TRY(result.bytes, render_again(original, prepared, *engine_scene.engine, renderer));

@@ -16,7 +16,7 @@ struct Reproduction {
   int frame = 0;
   std::string program;               ///< version and identity of the build in the header
   bool same_program = false;         ///< `program` is this build
-  std::vector<std::string> missing;  ///< a line for each input file that does not exist
+  std::vector<std::string> missing;  ///< a line for each input file that cannot be read
   std::vector<std::string> changed;  ///< a line for each input file whose digest has changed
   /// Equality of the pixels, and of the bytes of both files; false if nothing was rendered.
   bool same_pixels = false, same_bytes = false;

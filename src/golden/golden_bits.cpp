@@ -103,12 +103,12 @@ Result<Digests> render(const BitTest& test, const Variant& variant) {
         run(settings, [&](std::size_t, std::size_t, const FrameRecord&) { stop = true; }));
     settings.stop = nullptr;
     settings.existing = Existing::kSkip;
-    PM_TRY_STATUS(run(settings, {}));
+    PM_TRY_STATUS(run(settings, /*progress=*/{}));
   } else {
     for (int shard = 1; shard <= variant.shards; ++shard) {
       SequenceSettings shard_settings = settings;
       shard_settings.frames = take_shard(settings.frames, {shard, variant.shards});
-      if (!shard_settings.frames.empty()) PM_TRY_STATUS(run(shard_settings, {}));
+      if (!shard_settings.frames.empty()) PM_TRY_STATUS(run(shard_settings, /*progress=*/{}));
     }
   }
   std::sort(digests.begin(), digests.end());
@@ -139,13 +139,13 @@ Result<ReportCase> test_variant(const BitTest& test, const Variant& variant, con
   result.group = test.suite.name + ", bits";
   result.name = variant.name;
   PM_TRY(const Digests digests, render(test, variant));
-  for (const auto& digest : digests) {
-    const int frame = digest.first;
+  for (const auto& frame_digest : digests) {
+    const int frame = frame_digest.first;
     PM_TRY(const Image actual,
            read_image(frame_path(frame_pattern(test.folder / variant.name), frame)));
     PM_TRY(const Image expected,
            read_image(frame_path(frame_pattern(test.folder / kBase.name), frame)));
-    const bool surfaces_equal = std::find(base.begin(), base.end(), digest) != base.end();
+    const bool surfaces_equal = std::find(base.begin(), base.end(), frame_digest) != base.end();
     if (surfaces_equal && pixel_digest(actual) == pixel_digest(expected)) continue;
     PM_TRY_STATUS(add_difference(test, frame, actual, expected, surfaces_equal, result));
     break;

@@ -48,7 +48,7 @@ void PairsPlay::begin_level(double seconds_left) {
   found_ = 0;
 }
 
-void PairsPlay::add_note(Kind kind) {
+void PairsPlay::add_event_without_piece(Kind kind) {
   events_.push_back({kind, level_, /*piece=*/-1, clock_, /*seconds=*/0, score_});
 }
 
@@ -61,7 +61,7 @@ void PairsPlay::add_event(Kind kind, std::vector<int> pieces, double seconds) {
   clock_ += duration;
   if (duration < seconds) {
     over_ = true;
-    add_note(Kind::kTimeOut);
+    add_event_without_piece(Kind::kTimeOut);
   }
 }
 
@@ -87,7 +87,7 @@ Status PairsPlay::wait(double seconds) {
   clock_ += std::min(seconds, limit_ - clock_);
   if (clock_ >= limit_) {
     over_ = true;
-    add_note(Kind::kTimeOut);
+    add_event_without_piece(Kind::kTimeOut);
   }
   return Ok{};
 }
@@ -146,7 +146,7 @@ int PairsPlay::pairs_possible() const {
 void PairsPlay::finish_turn() {
   if (found_ >= pairs_needed()) {
     if (level_ + 1 < static_cast<int>(game_.levels.size())) {
-      add_note(Kind::kLevelUp);
+      add_event_without_piece(Kind::kLevelUp);
       const double seconds_left = time_left();
       ++level_;
       begin_level(seconds_left);
@@ -154,10 +154,10 @@ void PairsPlay::finish_turn() {
     }
     score_ += game_.rules.second_points * static_cast<int>(std::floor(time_left()));
     over_ = won_ = true;
-    add_note(Kind::kWon);
+    add_event_without_piece(Kind::kWon);
   } else if (pairs_possible() < pairs_needed()) {
     over_ = true;
-    add_note(Kind::kStuck);
+    add_event_without_piece(Kind::kStuck);
   }
 }
 

@@ -102,8 +102,9 @@ class PairsPlay {
   void begin_level(double seconds_left);  ///< begins level_; adds this time to its limit
   bool reveal_or_explode(int piece);
   void add_event(PairsEvent::Kind kind, std::vector<int> pieces, double seconds);
-  void add_note(PairsEvent::Kind kind);  ///< adds an event of no piece and no duration
-  void finish_turn();  ///< begins the next level or ends the game, if the turn decides that
+  void add_event_without_piece(PairsEvent::Kind kind);  ///< the event has no duration
+  /// Begins the next level, or ends the game, if this level is complete or cannot be completed.
+  void finish_turn();
   int pairs_possible() const;
 
   PairsGame game_;
