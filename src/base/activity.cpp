@@ -82,7 +82,6 @@ class Watcher {
       report(stage);
     }
   }
-  /// Shows a stage in the form of display_.
   void report(const Entry& stage) {
     const double seconds = std::chrono::duration<double>(Clock::now() - stage.start).count();
     if (display_ == ActivityDisplay::kLine) {

@@ -164,7 +164,6 @@ class FileSink : public spdlog::sinks::base_sink<std::mutex> {
   void flush_() override {}
 
  private:
-  /// Stops writing, and reports the error.
   void stop(int errno_value) {
     stopped_ = true;
     if (errno_value == EPIPE) return;  // its reader has closed the pipe
@@ -180,7 +179,6 @@ class FileSink : public spdlog::sinks::base_sink<std::mutex> {
   bool stopped_ = false;
 };
 
-/// Adds a sink for the log file of the settings. Errors: kOutput.
 Status open_log_file(const LogSettings& settings) {
   const std::filesystem::path& path = settings.file;
   struct stat info {};

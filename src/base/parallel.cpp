@@ -16,7 +16,6 @@ namespace {
 std::unique_ptr<tbb::global_control> thread_limit;
 int current_threads = 0;  // 0 = no limit set
 
-/// Returns the number of threads that this process may use.
 int available_threads() {
   cpu_set_t set;
   // The call fails on machines with more CPUs than cpu_set_t can represent.

@@ -11,7 +11,6 @@ std::string_view environment_variable(const char* name) {
   return value ? value : "";
 }
 
-/// Returns the name of the home folder, without its parents.
 std::string home_name() {
   const std::filesystem::path home(environment_variable("HOME"));
   return (home.has_filename() ? home : home.parent_path()).filename().string();

@@ -38,7 +38,6 @@ void on_stop(int signal_number) {
   if (has_end_timer) timer_settime(end_timer, /*flags=*/0, &expiry, nullptr);
 }
 
-/// Handler of the timer's signal.
 void end_process(int) {
   constexpr std::string_view kText = "error: stopped\n";
   [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, kText.data(), kText.size());

@@ -58,7 +58,6 @@ void report_ratios(Bench& bench, const char* name, double camera, double scatter
   bench.rows.push_back({{"name", name}, {"camera", camera}, {"scattered", scattered}});
 }
 
-/// Times rays on a GPU (measure_device_rays()). Errors: kResource.
 Status bench_device_rays(Bench& bench, const RenderScene& scene, const std::string& device) {
   std::string error;
   const std::unique_ptr<DeviceTracer> tracer = open_tracer(device, error);

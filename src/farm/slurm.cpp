@@ -46,7 +46,6 @@ std::string quote_arguments(const std::vector<std::string>& arguments) {
   return out;
 }
 
-/// Returns the option --frames with a space before it, or "" for all frames.
 std::string frames_argument(const SlurmJob& job) {
   return job.frames.empty() ? "" : quote_arguments({"--frames", job.frames});
 }
