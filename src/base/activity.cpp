@@ -2,12 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <cstdio>
 #include <mutex>
-#include <optional>
 #include <thread>
 #include <vector>
 
@@ -60,8 +58,8 @@ class Watcher {
     bool is_reported = false;
   };
 
-  /// Runs on the thread. Reports the innermost stage once, as soon as it has lasted long enough,
-  /// then waits for the next change.
+  /// Runs on thread_. Reports the innermost stage once, as soon as it has lasted long enough, then
+  /// waits for the next change.
   void report_stages() {
     using namespace std::chrono_literals;
     std::unique_lock lock(mutex_);
@@ -107,7 +105,7 @@ class Watcher {
   bool ended_ = false, is_drawn_ = false;  ///< is_drawn_: the status line shows a stage
 };
 
-// Constructs the log first, so that the log outlives the thread.
+// The first call of set_status_line() constructs the log, which thus outlives the watcher's thread.
 Watcher& watcher() {
   static const bool log_first = (set_status_line(""), true);
   static Watcher instance;

@@ -8,9 +8,9 @@ namespace polymorph {
 /// Form in which stages are shown.
 enum class ActivityDisplay {
   kNone,
-  kLine,  ///< a status line at the bottom of a terminal, after 0.1 seconds
+  kLine,  ///< a status line at the bottom of a terminal, if a stage lasts longer than 0.1 seconds
   kLog,   ///< a line of the log, if a stage lasts longer than three seconds
-  kJson,  ///< {"stage": NAME, "seconds": S} on standard error, after three seconds as well
+  kJson,  ///< like kLog, but {"stage": NAME, "seconds": S} on standard error
 };
 
 /// Sets the display of stages. Unless it is kNone, starts a thread that ends with the program.

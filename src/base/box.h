@@ -22,9 +22,10 @@ struct Box {
   float diagonal() const { return length(size()); }
 };
 
+/// Returns the smallest box that contains `box` and `p`, and that which contains both boxes.
 PM_HD inline Box extend(Box box, Vec3 p) { return {min(box.low, p), max(box.high, p)}; }
 PM_HD inline Box unite(Box a, Box b) { return {min(a.low, b.low), max(a.high, b.high)}; }
-/// Moves all faces outward by `margin`.
+/// Returns the box with all faces moved outward by `margin`.
 PM_HD inline Box widened(Box box, float margin) {
   const Vec3 offset{margin, margin, margin};
   return {box.low - offset, box.high + offset};

@@ -19,9 +19,9 @@ static_assert(std::endian::native == std::endian::little, "cache files are littl
 
 // Layout of a file: magic, version (4 bytes), key, length of the origin (1 byte), origin, content,
 // checksum of everything before it.
-constexpr std::size_t kHashSize = kCacheKeySize;  // of the key and of the checksum
-constexpr std::size_t kMaxOrigin = 255;
-constexpr std::uint64_t kMaxBytes = 4ull << 30;  // larger files are not loaded
+constexpr std::size_t kHashSize = kCacheKeySize;  // length of the key, and of the checksum
+constexpr std::size_t kMaxOrigin = 255;           // maximum length of the origin, in bytes
+constexpr std::uint64_t kMaxBytes = 4ull << 30;   // larger files are not loaded
 
 /// Tests whether a name is one that this program gives to cache files.
 bool is_key(std::string_view name) {
@@ -60,10 +60,10 @@ fs::path cache_path(const fs::path& folder, const std::string& key, const CacheK
 std::optional<std::string_view> cached_content(std::string_view bytes, const std::string& key,
                                                const CacheKind& kind, const char*& problem) {
   const std::size_t header_size = kind.magic.size() + 4 + kHashSize + 1;  // without the origin
-  // Before each test, `problem` is set to what a failure means.
+  // Each test is preceded by the problem that its failure means.
   problem = "is no cache file of this program";
   if (!bytes.starts_with(kind.magic) || bytes.size() < header_size + kHashSize) {
-    // True for a beginning of the magic, and for the magic with too few bytes after it.
+    // The file is a beginning of the magic, or the magic with too few bytes after it.
     if (kind.magic.starts_with(bytes.substr(0, kind.magic.size()))) problem = "is cut short";
     return std::nullopt;
   }

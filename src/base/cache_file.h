@@ -1,5 +1,5 @@
-// Files of the disk cache. Each is named by a hash of all inputs of its content, so it never
-// becomes stale. Files are written atomically and have a checksum.
+// Files of the disk cache. The name of a file is a hash of all inputs of its content (its key), so
+// the file never becomes stale. Files are written atomically and have a checksum.
 #pragma once
 
 #include <cstdint>
@@ -23,8 +23,8 @@ struct CacheKind {
   std::uint32_t version;       ///< version of the file's layout
 };
 
-/// Balls fitted to models, signed distances of objects, pacings of legs (leg/pacing.h) and
-/// correspondences between objects.
+/// The kinds: balls fitted to models, signed distances of objects, pacings of legs (leg/pacing.h)
+/// and correspondences between objects.
 inline constexpr CacheKind kSphereFiles = {"spheres", ".spheres", "polymorph spheres\n", 3};
 inline constexpr CacheKind kDistanceFiles = {"distances", ".distances", "polymorph distances\n", 2};
 inline constexpr CacheKind kPacingFiles = {"paces", ".pacing", "polymorph pacing\n", 2};
@@ -36,13 +36,13 @@ inline constexpr const CacheKind* kCacheKinds[] = {&kSphereFiles, &kDistanceFile
 std::filesystem::path cache_path(const std::filesystem::path& folder, const std::string& key,
                                  const CacheKind& kind);
 
-/// Returns the content between the header and the checksum of a file, all of whose bytes are given.
-/// If the file is invalid, returns nothing and sets `problem` for warn_unusable().
+/// Returns the content of a cache file, which stands between its header and its checksum. `bytes`:
+/// the whole file. If the file is invalid, returns nothing and sets `problem` for warn_unusable().
 std::optional<std::string_view> cached_content(std::string_view bytes, const std::string& key,
                                                const CacheKind& kind, const char*& problem);
 
-/// Loads the file stored in `folder` under this key; cached_content() finds the content in it.
-/// Returns nothing if there is no file. Returns nothing and warns if the file is unreadable,
+/// Loads the whole file stored in `folder` under this key; cached_content() finds the content in
+/// it. Returns nothing if there is no file. Returns nothing and warns if the file is unreadable,
 /// damaged, no cache file, of another version or stored under a wrong name.
 std::optional<std::string> load_cached(const std::filesystem::path& folder, const std::string& key,
                                        const CacheKind& kind);
@@ -53,8 +53,9 @@ std::optional<std::string> load_cached(const std::filesystem::path& folder, cons
 void store_cached(const std::filesystem::path& folder, const std::string& key,
                   const CacheKind& kind, std::string_view origin, std::string_view content);
 
-/// Kind of a cache file and the origin stored in it. The kind is null if the file is no cache file.
-/// A file shorter than its magic is a cache file if its name is a key.
+/// Kind of a cache file, and the origin stored in it (empty if the file is cut short or of another
+/// version). The kind is null if the file is no cache file. A file that is shorter than its magic
+/// counts as a cache file if its name is a key.
 struct CacheLabel {
   const CacheKind* kind = nullptr;
   std::string origin;

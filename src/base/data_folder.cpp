@@ -10,6 +10,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Lists the folders that may be the data folder. Empty: the program's own path is unknown.
 std::vector<fs::path> candidates() {
   if (const char* path = std::getenv("POLYMORPH_DATA_DIR"); path && *path) return {path};
   std::error_code error;

@@ -1,8 +1,8 @@
-// Elementary functions whose results are equal to the bit on all machines. They use only + - * /,
-// sqrt and integer operations, which IEEE 754 rounds in exactly one way, in a fixed order. The
-// functions of the C library differ between its versions and between processors. Results have
-// errors of a few units in the last place. The functions are for values that a frame computes once
-// or a few thousand times; inner loops use kernels/simd_math.h.
+// Elementary functions whose results are equal to the bit on all machines. They use only + - * /
+// and sqrt, which IEEE 754 rounds in exactly one way, and integer operations, all in a fixed order.
+// (Those of the C library differ between its versions and between processors.) Results have errors
+// of a few units in the last place. The functions are for values that are computed once or a few
+// thousand times per frame; inner loops use kernels/simd_math.h.
 #pragma once
 
 #include <cmath>
@@ -43,7 +43,8 @@ inline SinCos sin_cos_taylor(double x) {
   }
   return {x * (1 + s), 1 + c};
 }
-/// Sine and cosine of |x| < 10^5.
+/// Sine and cosine of x radians, |x| < 10^5: those of r = x - n pi/2 in [-pi/4, pi/4], swapped and
+/// negated according to n mod 4.
 inline SinCos sin_cos(double x) {
   const double n = round_to_nearest(x * (2 / kPi));
   // Cody-Waite reduction: the first two parts of pi/2 have 33 bits, so that n times them is exact.
@@ -71,7 +72,7 @@ inline double tan(double x) {
   return a.sine / a.cosine;
 }
 
-/// The exponential function; 0 for x <= -700, infinite above 700.
+/// The exponential function, as 2^n exp(r) for x = n ln 2 + r; 0 for x <= -700, infinite above 700.
 inline double exp(double x) {
   if (!(x > -700)) return x != x ? x : 0;
   if (x > 700) return std::numeric_limits<double>::infinity();
@@ -84,6 +85,7 @@ inline double exp(double x) {
   const auto power_bits = static_cast<std::uint64_t>(static_cast<std::int64_t>(n) + 1023) << 52;
   return (1 + sum) * detail::from_bits(power_bits);
 }
+/// Computes 2^x.
 inline double exp2(double x) {
   const double n = detail::round_to_nearest(x);
   // The bits below are right for a normal 2^n only; exp() handles NaN, underflow and overflow.
@@ -116,7 +118,7 @@ inline double log1p(double x) {
 inline double expm1(double x) {
   const double u = exp(x);
   if (u == 1) return x;
-  // Beyond 40 there is no cancellation.
+  // For |x| > 40, u - 1 has no cancellation, and log(u) could be infinite.
   return x < -40 || x > 40 ? u - 1 : (u - 1) * (x / log(u));
 }
 
@@ -145,7 +147,8 @@ inline double atan2(double y, double x) {
   if (std::fabs(y) > std::fabs(x)) return (y > 0 ? kPi / 2 : -kPi / 2) - atan(x / y);
   return atan(y / x) + (x < 0 ? (y < 0 ? -kPi : kPi) : 0);
 }
-/// Arc cosine and arc sine of x in [-1, 1].
+/// Arc cosine and arc sine of x in [-1, 1]: acos(x) is twice the angle whose tangent is
+/// sqrt((1 - x) / (1 + x)).
 inline double acos(double x) { return 2 * atan2(std::sqrt(1 - x), std::sqrt(1 + x)); }
 inline double asin(double x) { return atan(x / std::sqrt((1 - x) * (1 + x))); }
 

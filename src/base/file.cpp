@@ -112,8 +112,8 @@ const char* suggest_remedy(int errno_value) {
 constexpr std::size_t kTagDigits = 12;
 constexpr std::string_view kTemporaryEnd = ".part";
 
-// The random tag distinguishes processes in containers that share the folder and have equal host
-// names and process ids.
+// Makes a name with a random tag, because processes in different containers may share the folder
+// and have equal host names and process ids.
 fs::path temporary_name(const fs::path& path) {
   static std::uint64_t counter = 0;
   const auto now = std::chrono::steady_clock::now().time_since_epoch().count();
@@ -265,7 +265,7 @@ Status write_temporary(const fs::path& path, const ByteSource& next, Temporary& 
     return write_error(path, errno_value, suggest_remedy(errno_value));
   }
   PM_TRY_STATUS(write_all(file.fd, next, path));
-  // EINVAL and EROFS mean that the file cannot be synchronized.
+  // EINVAL and EROFS mean that the file system does not support fsync() for this file.
   if (::fsync(file.fd) != 0 && errno != EINVAL && errno != EROFS)
     return write_error(path, errno, suggest_remedy(errno));
   return Ok{};
@@ -278,7 +278,8 @@ void sync_folder(const fs::path& path) {
   if (folder.fd >= 0) ::fsync(folder.fd);
 }
 
-/// A pending replacement of `path`, with the old file kept for undo().
+/// A pending replacement of `path`. The old file is kept for undo() until the destructor removes
+/// it.
 struct Replacement {
   const fs::path& path;
   Temporary new_file, old_file;
@@ -355,7 +356,8 @@ Result<std::string> read_file(const fs::path& path, std::uint64_t limit) {
   if (size > limit)
     return make_error(ErrorCode::kInput, "{}: is too large ({} bytes, the limit is {})",
                       path.string(), size, limit);
-  constexpr std::uint64_t kSmall = 1 << 20;  // up to 1 MiB, the memory budget is not checked
+  // The memory budget is not checked for files of up to 1 MiB.
+  constexpr std::uint64_t kSmall = 1 << 20;
   if (const std::uint64_t available = size > kSmall ? remaining_memory() : size; size > available)
     return make_error(ErrorCode::kResource,
                       "{}: reading it takes {} of memory, and the limit leaves {} - use a smaller "
@@ -401,6 +403,8 @@ Status write_file(const fs::path& path, const ByteSource& next) {
 
 Status write_files(const std::vector<NewFile>& files) {
   for (const NewFile& file : files) PM_TRY_STATUS(check_writable(file.path));
+  // Write all new files under temporary names, then rename them. If a renaming fails, undo those
+  // before it.
   const DeferredSignals deferred;
   std::deque<Replacement> replacements;
   for (const NewFile& file : files)
@@ -413,7 +417,7 @@ Status write_files(const std::vector<NewFile>& files) {
     for (std::size_t done = i; done > 0; --done) replacements[done - 1].undo();
     return write_error(replacements[i].path, errno_value, suggest_remedy(errno_value));
   }
-  // Pipes come last, because what was written to them cannot be undone.
+  // Pipes come last, because writing to them cannot be undone.
   for (const NewFile& file : files)
     if (is_stream(file.path)) PM_TRY_STATUS(write_stream(file.path, make_source(file.bytes)));
   std::set<fs::path> folders;

@@ -29,7 +29,8 @@ Status write_file(const std::filesystem::path& path, std::string_view bytes);
 /// writing to that pipe then fails (kOutput).
 extern std::atomic<bool> stop_waiting_for_readers;
 
-/// Returns the next bytes of a file, empty at its end. They are valid until the next call.
+/// A function that returns the next bytes of a file, or no bytes at the file's end. The bytes are
+/// valid until the next call.
 using ByteSource = std::function<Result<std::string_view>()>;
 /// Makes a source that returns all bytes at once; `bytes` must outlive the source.
 ByteSource make_source(std::string_view bytes);
@@ -37,8 +38,8 @@ ByteSource make_source(std::string_view bytes);
 /// stays unchanged.
 Status write_file(const std::filesystem::path& path, const ByteSource& next);
 
-/// Removes temporaries of write_file() (".NAME.0123456789ab.part") that killed runs left in
-/// `folder`, if they are older than a day. Failures are ignored.
+/// Removes the temporary files of write_file() (".NAME.0123456789ab.part") that killed runs left in
+/// `folder`, if they are older than a day. Ignores failures.
 void remove_old_temporaries(const std::filesystem::path& folder);
 
 struct NewFile {
@@ -46,9 +47,9 @@ struct NewFile {
   std::string bytes;
 };
 /// Writes all files or none. After any failure or signal (signals are deferred until the end),
-/// either every path has its old file or every path its new one. Only SIGKILL or a power cut
-/// between the renames at the end, which take a millisecond, can leave a mixture. Pipes and devices
-/// are written last. Errors: kOutput.
+/// every path has its old file, or every path has its new one. Only SIGKILL or a power cut between
+/// the renames at the end, which take a millisecond, can leave a mixture. Pipes and devices are
+/// written last. Errors: kOutput.
 Status write_files(const std::vector<NewFile>& files);
 
 /// Checks early that write_file(path) can work; creates nothing. Errors (kOutput): the parent
@@ -65,8 +66,8 @@ Status check_output(const std::filesystem::path& path, bool overwrite);
 /// device and inode. Anything but a regular file is ignored.
 void remember_input(const std::filesystem::path& path);
 
-/// Marks a run: it lasts as long as this object lives. A process has one run at a time. Outside a
-/// run, remember_input() protects nothing.
+/// Marks a run, such as one command: the run lasts as long as this object lives. A process has one
+/// run at a time. Outside a run, remember_input() protects nothing.
 class InputGuard {
  public:
   InputGuard();

@@ -45,7 +45,7 @@ Result<FramePattern> parse_pattern(const std::string& text) {
       const auto d = text.find('d', i);
       const auto digits =
           d == std::string::npos ? std::nullopt : parse_integer(text.substr(i + 1, d - i - 1));
-      constexpr int kMaxDigits = 18;  // of a long long
+      constexpr int kMaxDigits = 18;  // any number of 18 digits fits a long long
       if (!digits || text[i + 1] != '0' || *digits < 1 || *digits > kMaxDigits)
         return make_error(
             ErrorCode::kUsage,
@@ -74,7 +74,7 @@ FramePattern add_number(FramePattern pattern) {
   // A dot in a folder's name or at the start of the file name begins no extension.
   const std::size_t stem_end =
       dot == std::string::npos || dot <= name_at ? pattern.before.size() : dot;
-  return {pattern.before.substr(0, stem_end) + ".", pattern.before.substr(stem_end), 4};
+  return {pattern.before.substr(0, stem_end) + ".", pattern.before.substr(stem_end), /*digits=*/4};
 }
 
 std::filesystem::path frame_path(const FramePattern& pattern, int frame) {

@@ -1,4 +1,5 @@
-// Names of numbered files: "frame.####.exr", and which of them exist.
+// Patterns for the names of numbered files, such as "frame.####.exr", and lists of the numbers that
+// exist.
 #pragma once
 
 #include <filesystem>
@@ -21,7 +22,7 @@ struct FramePattern {
 /// folder's name, or no file name.
 Result<FramePattern> parse_pattern(const std::string& text);
 
-/// Parses the file name only; the folder's name is taken literally. Errors: those of
+/// Parses the file name as a pattern, but takes the folder's name literally. Errors: those of
 /// parse_pattern().
 Result<FramePattern> parse_file_pattern(const std::filesystem::path& file);
 
@@ -29,7 +30,8 @@ Result<FramePattern> parse_file_pattern(const std::filesystem::path& file);
 /// name several frames.
 FramePattern add_number(FramePattern pattern);
 
-/// Path of a frame's file; the same for all frames if the pattern has no place for a number.
+/// Returns the path of a frame's file. It is the same for all frames if the pattern has no place
+/// for a number.
 std::filesystem::path frame_path(const FramePattern& pattern, int frame);
 /// Replaces the extension of the pattern, or appends one; `extension` begins with a dot.
 FramePattern with_extension(FramePattern pattern, const std::string& extension);

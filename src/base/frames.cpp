@@ -9,27 +9,28 @@
 namespace polymorph {
 namespace {
 
-/// Frames `from`, `from` +- step, ... up to `to`; with `complement`, all other frames between the
-/// two.
+/// Frames `from`, `from` +- step, ... up to `to`; with `complement`, all other frames from `from`
+/// to `to`.
 struct FrameRange {
   long long from = 0, to = 0, step = 1;
   bool complement = false;
 };
 
-Result<FrameRange> parse_range(std::string_view part, std::string_view list) {
-  const auto fail = [&](const char* why) {
+/// Parses one item of a frame list. Errors: kUsage.
+Result<FrameRange> parse_range(std::string_view item, std::string_view list) {
+  const auto fail = [&](const char* reason) {
     return make_error(ErrorCode::kUsage,
-                      "--frames {}: \"{}\" {} - write 1-48, 1-48x2, 5-1 or 1,5,10-20", list, part,
-                      why);
+                      "--frames {}: \"{}\" {} - write 1-48, 1-48x2, 5-1 or 1,5,10-20", list, item,
+                      reason);
   };
   FrameRange range;
-  std::string_view ends = part;
-  if (const auto mark = part.find_first_of("xy"); mark != std::string_view::npos) {
-    const auto step = parse_integer(part.substr(mark + 1));
+  std::string_view ends = item;
+  if (const auto mark = item.find_first_of("xy"); mark != std::string_view::npos) {
+    const auto step = parse_integer(item.substr(mark + 1));
     if (!step || *step < 1) return fail("has a bad step");
     range.step = *step;
-    range.complement = part[mark] == 'y';
-    ends = part.substr(0, mark);
+    range.complement = item[mark] == 'y';
+    ends = item.substr(0, mark);
   }
   std::string_view left = ends, right = ends;
   if (const auto dots = ends.find(".."); dots != std::string_view::npos) {
@@ -50,8 +51,8 @@ Result<FrameRange> parse_range(std::string_view part, std::string_view list) {
 Result<std::vector<int>> parse_frames(std::string_view text, int first, int last) {
   std::vector<int> frames;
   std::set<long long> seen;
-  for (const std::string& part : split(text, ',')) {
-    PM_TRY(const FrameRange range, parse_range(part, text));
+  for (const std::string& item : split(text, ',')) {
+    PM_TRY(const FrameRange range, parse_range(item, text));
     for (const long long end : {range.from, range.to})
       if (end < first || end > last)
         return make_error(ErrorCode::kUsage, "--frames {}: frame {} is outside the scene's {}-{}",

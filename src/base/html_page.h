@@ -1,4 +1,5 @@
-// Self-contained HTML pages: templates with placeholders, data in script elements, base64.
+// Helpers for self-contained HTML pages: templates with placeholders, data in script elements,
+// base64.
 #pragma once
 
 #include <string>
@@ -11,7 +12,7 @@ namespace polymorph {
 /// Encodes bytes as base64 with padding (RFC 4648).
 std::string base64(std::string_view bytes);
 
-/// Escapes "<" in JSON, so that it cannot end the script element that contains it.
+/// Escapes "<" in JSON, so that the JSON cannot end the script element that contains it.
 std::string json_in_script(std::string_view json);
 
 /// Replaces each placeholder, "{{name}}", in `page` by its value. `values` are pairs of a

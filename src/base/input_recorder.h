@@ -15,9 +15,10 @@ struct ReadFile {
   std::string sha256;          ///< 64 hex digits
 };
 
-/// Records the files that any thread reads during the recorder's lifetime, with their digests. A
-/// file read by read_file() (base/file.h) has the digest of the bytes that read_file() returned.
-/// Other code registers its files with remember_input(); files() reads those again to digest them.
+/// Records the files that any thread reads during the recorder's lifetime, with their digests. The
+/// digest of a file read by read_file() (base/file.h) is that of the bytes that read_file()
+/// returned. Other code registers its files with remember_input(); files() reads these files again
+/// to compute the digests.
 class InputRecorder {
  public:
   InputRecorder();
@@ -37,7 +38,7 @@ class InputRecorder {
   std::map<std::filesystem::path, std::string> digests_;  ///< key: path; empty = not read yet
 };
 
-/// Adds a file to all recorders: one that was read, with its bytes, or one that was registered.
+/// Add a file to all recorders: a file that was read, with its bytes, or one that was registered.
 /// Called by base/file.cpp.
 void record_input(const std::filesystem::path& path, std::string_view bytes);
 void record_input(const std::filesystem::path& path);

@@ -26,14 +26,14 @@ struct JsonValue {
 
   Kind kind = Kind::kNull;
   bool boolean = false;
-  bool integral = false;            ///< a number written without fraction that fits int64
-  bool exceeds_int64 = false;       ///< an integer that fits uint64 only; `integer` has its bits
+  bool integral = false;            ///< the number is written without fraction and fits int64
+  bool exceeds_int64 = false;       ///< the integer fits only uint64; `integer` has its bits
   double number = 0;                ///< value of a number
   std::int64_t integer = 0;         ///< value of a number, if `integral`
   std::string string;               ///< value of a string
   std::vector<JsonValue> items;     ///< elements of an array
   std::vector<JsonMember> members;  ///< members of an object, in their order
-  std::size_t offset = kNowhere;    ///< offset of its first byte in the text
+  std::size_t offset = kNowhere;    ///< offset of the value's first byte in the text
 
   JsonValue() = default;  ///< null
   JsonValue(std::string text);
@@ -74,15 +74,16 @@ struct JsonValue {
   std::size_t size() const;
   bool empty() const { return size() == 0; }
 
-  /// The member called `key`, or a null pointer.
+  /// Returns the member called `key`, or a null pointer.
   const JsonValue* find(std::string_view key) const;
   bool contains(std::string_view key) const { return find(key) != nullptr; }
-  /// The member called `key`, or a null value.
+  /// Returns the member called `key`, or a null value.
   const JsonValue& get(std::string_view key) const;
 
-  /// The member called `key`, appended if it is missing; a null value becomes an object first.
+  /// Returns the member called `key`, which is appended if it is missing. A null value becomes an
+  /// object first.
   JsonValue& operator[](std::string_view key);
-  /// Copies all members of `object` into this one, in place of members with the same keys. A null
+  /// Copies all members of `object` into this one; they replace members with the same keys. A null
   /// value becomes an object first.
   void update(const JsonValue& object);
   /// Appends an item to an array; a null value becomes an array first.
@@ -92,7 +93,7 @@ struct JsonValue {
 struct JsonMember {
   std::string key;
   JsonValue value;
-  std::size_t key_offset = JsonValue::kNowhere;
+  std::size_t key_offset = JsonValue::kNowhere;  ///< offset of the key's first byte in the text
 };
 
 // Defined here, where JsonMember is a complete type: clang 14 needs that for size().

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t kMaxDepth = 64;
 
-/// Iterator that counts the characters read. At each SAX event, the count is the lexer's position.
+/// Iterator that counts the bytes read. At each SAX event, the count is the lexer's position.
 class CountingIterator {
  public:
   using iterator_category = std::input_iterator_tag;
@@ -43,14 +43,16 @@ class CountingIterator {
   std::size_t* read_count_;
 };
 
+/// Tests whether a byte of UTF-8 continues a character.
 bool is_continuation(char c) { return (static_cast<unsigned char>(c) & 0xC0) == 0x80; }
 
-/// Returns the line of text around `offset`, with a caret below that character.
+/// Returns the line of text around `offset`, with a caret below the character there.
 std::string excerpt(const JsonDocument& document, std::size_t offset) {
   const std::string& text = document.text;
   offset = std::min(offset, text.size());
   std::size_t begin = offset;
   while (begin > 0 && text[begin - 1] != '\n') --begin;
+  // Skip a byte order mark.
   if (begin == 0 && text.starts_with("\xEF\xBB\xBF")) begin = std::min<std::size_t>(3, offset);
   std::size_t end = std::min(text.find('\n', offset), text.size());
   // A minified scene is one long line. Show a part of it that begins and ends between characters.
@@ -75,7 +77,7 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
   TreeBuilder(JsonDocument& document, const std::size_t& read_count)
       : document_(document), read_count_(read_count) {}
 
-  std::string error;
+  std::string error;  ///< message, if parsing fails
 
   bool null() override { return add_value({}); }
   bool boolean(bool value) override { return add_value(value); }
@@ -92,11 +94,11 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
     const std::size_t offset = token_start();
     end_ = read_count_;
     std::vector<JsonMember>& members = open_.back()->members;
-    const auto [first, added] = keys_.back().try_emplace(value, offset);
+    const auto [entry, added] = keys_.back().try_emplace(value, offset);
     if (!added)
       return fail(offset,
                   fmt::format("duplicate key \"{}\" (first on line {}) - remove one of the two",
-                              value, document_.position(first->second).line));
+                              value, document_.position(entry->second).line));
     members.push_back({std::move(value), {}, offset});
     return true;
   }
@@ -161,7 +163,7 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
     end_ = read_count_;
     return true;
   }
-  /// Returns the place for the next value: the root, the last member's value or a new item.
+  /// Returns the value to fill in next: the root, the value of the last member, or a new item.
   JsonValue& slot() {
     if (open_.empty()) return document_.root;
     JsonValue& parent = *open_.back();
@@ -169,7 +171,8 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
     parent.items.emplace_back();
     return parent.items.back();
   }
-  /// Offset of the next token, after space, separators and comments, which the lexer has checked.
+  /// Returns the offset of the next token: skips the spaces, separators and comments after end_,
+  /// whose syntax the lexer has checked.
   std::size_t token_start() const {
     const std::string& text = document_.text;
     std::size_t at = end_;
@@ -188,6 +191,7 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
   static bool is_number_char(char c) {
     return (c >= '0' && c <= '9') || c == '+' || c == '-' || c == '.' || c == 'e' || c == 'E';
   }
+  /// Sets `error`. Returns false, which ends the parsing.
   bool fail(std::size_t offset, const std::string& what) {
     const TextPosition at = document_.position(offset);
     error = fmt::format("{}:{}:{}: {}{}", document_.name, at.line, at.column, what,

@@ -24,8 +24,8 @@
 namespace polymorph {
 namespace {
 
-/// Sink for standard error with a status line below the log, to keep progress bar and messages
-/// apart.
+/// Sink for standard error with a status line below the log, so that messages do not break the
+/// progress bar.
 class TerminalSink : public spdlog::sinks::base_sink<std::mutex> {
  public:
   void set_status(const std::string& line) {
@@ -63,7 +63,7 @@ class TerminalSink : public spdlog::sinks::base_sink<std::mutex> {
     return fmt::format("{{\"level\":\"{}\",\"message\":\"{}\"}}\n",
                        spdlog::level::to_string_view(level), escape_json(text));
   }
-  /// Prints whole lines above the status line.
+  /// Prints whole lines above the status line, and the status line again.
   void draw(const std::string& text) {
     if (is_drawn_) std::fputs("\r\x1b[K", stderr);  // erase the status line
     std::fwrite(text.data(), 1, text.size(), stderr);
@@ -117,6 +117,7 @@ bool matches(std::string_view text, std::string_view pattern) {
   return true;
 }
 
+/// Tests whether a file begins as the logs of this program do.
 bool looks_like_log(const std::filesystem::path& path) {
   std::string start(64, 0);  // longer than both beginnings
   std::ifstream in(path, std::ios::binary);
@@ -209,8 +210,8 @@ Status open_log_file(const LogSettings& settings) {
   return Ok{};
 }
 
-/// Shortens lines of more than kMax bytes to their beginnings and ends: a broken file may contain
-/// names of megabytes.
+/// Shortens lines of more than kMax bytes to their first kFirst and last kLast bytes: a broken file
+/// may contain names of megabytes.
 std::string shorten_lines(const std::string& text) {
   constexpr std::size_t kMax = 4000, kFirst = 1000, kLast = 300;
   if (text.size() <= kMax) return text;

@@ -26,10 +26,11 @@ struct LogSettings {
 /// refuses any other existing file. Errors: kOutput.
 Status set_log(const LogSettings& settings);
 
-/// Tells whether a line could not be written to the log file, for instance because the disk is
-/// full. The error has been printed. A closed pipe does not count.
+/// Tests whether a line could not be written to the log file, for instance because the disk is
+/// full. If so, an error has been printed. A pipe that its reader has closed does not count.
 bool log_file_is_incomplete();
 
+/// Logs a message, unless its level is below LogSettings::level.
 void log_message(LogLevel level, const std::string& message);
 
 template <class... Args>

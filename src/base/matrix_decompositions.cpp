@@ -19,7 +19,7 @@ Mat3 from_eigen(const Matrix& matrix) {
   return a;
 }
 
-/// Applies f to the eigenvalues of a symmetric matrix; the eigenvectors stay.
+/// Applies f to the eigenvalues of a symmetric matrix. The eigenvectors do not change.
 template <class F>
 Mat3 apply_to_eigenvalues(const Mat3& a, const F& f) {
   const Eigen::SelfAdjointEigenSolver<Matrix> solver(to_eigen(a));
@@ -56,7 +56,7 @@ Vec3d log_rotation(const Mat3& r) {
 Vec3d log_rotation_near(const Mat3& r, Vec3d preferred) {
   const Vec3d shortest = log_rotation(r);
   const double angle = length(shortest);
-  if (!(angle > 1e-6)) return shortest;  // the axis is not well defined
+  if (!(angle > 1e-6)) return shortest;  // the axis of `other` would not be well defined
   const Vec3d other = shortest * ((angle - 2 * std::numbers::pi) / angle);
   return length(other - preferred) < length(shortest - preferred) ? other : shortest;
 }

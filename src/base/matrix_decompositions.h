@@ -17,9 +17,9 @@ Mat3 nearest_rotation(const Mat3& a);
 
 /// Logarithm of a rotation: its axis times its angle (0..pi); the inverse of exp_rotation().
 Vec3d log_rotation(const Mat3& r);
-/// Like log_rotation(), but returns the one nearer to `preferred` of the two vectors that describe
-/// the rotation: angle t about an axis, or 2 pi - t about the opposite axis. Ignores `preferred` if
-/// t < 1e-6.
+/// Two vectors describe a rotation: angle t about an axis, or 2 pi - t about the opposite axis.
+/// Returns the one that is nearer to `preferred`, while log_rotation() returns the shorter one.
+/// Ignores `preferred` if t <= 1e-6 (radians).
 Vec3d log_rotation_near(const Mat3& r, Vec3d preferred);
 /// Angle of a rotation, 0..pi.
 double rotation_angle(const Mat3& r);

@@ -40,7 +40,8 @@ void reduce_limit(fs::path folder, const fs::path& root, const char* name,
   }
 }
 
-/// Memory of this job on this machine according to Slurm; a value of "0" means all of it.
+/// Returns the memory of this job on this machine according to Slurm, in bytes. Returns nothing if
+/// Slurm sets no limit, which it also states as 0.
 std::optional<std::uint64_t> slurm_memory() {
   const char* mebibytes = std::getenv("SLURM_MEM_PER_NODE");
   const auto value = mebibytes ? parse_integer(mebibytes) : std::nullopt;
@@ -48,7 +49,7 @@ std::optional<std::uint64_t> slurm_memory() {
   return static_cast<std::uint64_t>(*value) << 20;
 }
 
-std::atomic<std::uint64_t> budget{0};
+std::atomic<std::uint64_t> budget{0};  // in bytes; 0: no limit
 
 }  // namespace
 
@@ -56,7 +57,7 @@ void set_memory_budget(std::uint64_t bytes) { budget = bytes; }
 
 std::uint64_t remaining_memory() {
   if (budget == 0) return std::numeric_limits<std::uint64_t>::max();
-  // The fields count pages: total, resident, ...
+  // The fields are numbers of pages: total, resident, ...
   const std::vector<std::string> fields = split(read_text("/proc/self/statm"), ' ');
   const auto resident = fields.size() > 1 ? parse_integer(fields[1]) : std::nullopt;
   const std::uint64_t resident_bytes = static_cast<std::uint64_t>(resident.value_or(0)) *

@@ -16,12 +16,12 @@ std::uint64_t memory_limit();
 
 /// Sets the bytes that this process may use (--max-memory); 0, the default, means no limit.
 void set_memory_budget(std::uint64_t bytes);
-/// Returns the budget minus the resident memory; without a budget, the largest number. File readers
-/// check it before they allocate a size that a file merely claims.
+/// Returns the budget minus the resident memory, in bytes; without a budget, the largest number.
+/// File readers check it before they allocate memory for a size that a file states.
 std::uint64_t remaining_memory();
 
-/// Raises a stack limit (ulimit -s) below 1 MiB to 8 MiB, or as far as is permitted, for this
-/// thread and those that start later. Errors: kResource if 1 MiB is not permitted.
+/// If the stack limit (ulimit -s) is below 1 MiB, raises it to 8 MiB or as far as is permitted, for
+/// this thread and those that start later. Errors: kResource if 1 MiB is not permitted.
 Status raise_stack_limit();
 
 /// Finds the smallest memory limit, in bytes, of the process's own cgroup and those above it;

@@ -18,7 +18,8 @@ constexpr std::uint64_t interleave_zeros(std::uint64_t x) {
   return (x | x << 2) & 0x1249249249249249ull;
 }
 
-/// Index of a point on the Morton curve in a cube as wide as the box's diagonal, 21 bits per axis.
+/// Index of a point on the Morton curve in a cube. The cube has the box's low corner, is as wide as
+/// the box's diagonal, and has 2^21 cells per axis.
 inline std::uint64_t morton_key(Vec3 p, const Box& box) {
   // 2097151 = 2^21 - 1, the largest coordinate; 1e-30 avoids a division by 0.
   const double scale = 2097151 / std::max(1e-30, static_cast<double>(box.diagonal()));

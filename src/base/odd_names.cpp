@@ -8,7 +8,7 @@
 namespace polymorph {
 namespace {
 
-constexpr std::string_view kBreaks = "\n\t";
+constexpr std::string_view kBreaks = "\n\t";  // the characters that make a name odd
 /// Separators of the components of a name. Messages may contain a single component: a file in a
 /// folder, one frame of a pattern, the value of an option.
 constexpr std::string_view kSeparators = "/=,:|#%";

@@ -7,8 +7,9 @@
 namespace polymorph {
 
 /// Remembers a name from the command line, a scene or a directory listing, for instance a path, if
-/// it contains line breaks or tabs. Remembers its components between separators such as '/' and
-/// ','. Ignores components of line breaks only, because they would match the end of every line.
+/// it contains line breaks or tabs: stores the components between separators such as '/' and ','
+/// that contain them. Ignores components that consist only of line breaks and tabs, because they
+/// would match the end of every line.
 void remember_name(std::string_view name);
 
 /// Replaces the line breaks and tabs of remembered names in `text` by '?'. Other line breaks stay,

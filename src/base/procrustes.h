@@ -22,8 +22,9 @@ struct WeightedPair {
   double weight = 1;
 };
 
-/// Weighted means of both sides of pairs, and the sums of weight q p^T, weight |p|^2 and
-/// weight |q|^2 over their offsets p and q from these means.
+/// Weighted means of the points `from` and of the points `to` of pairs, and the sums of
+/// weight q p^T, weight |p|^2 and weight |q|^2, where p and q are the offsets of `from` and `to`
+/// from these means.
 struct PairMoments {
   Vec3d from_center, to_center;
   Mat3 covariance{{0, 0, 0, 0, 0, 0, 0, 0, 0}};
@@ -35,7 +36,8 @@ struct PairMoments {
     from_square += weight * dot(p, p);
     to_square += weight * dot(q, q);
   }
-  /// Scale of the similarity from one side to the other; 1 if all points of a side coincide.
+  /// Scale of the similarity that maps the points `from` to the points `to`; 1 if all points of a
+  /// side coincide.
   double scale() const {
     return from_square > 0 && to_square > 0 ? std::sqrt(to_square / from_square) : 1;
   }

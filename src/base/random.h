@@ -1,5 +1,6 @@
-// Counter-based random number generator. A value depends on its keys only, not on the numbers drawn
-// before; results do not depend on threads, order or frame range.
+// Counter-based random number generator. A random number depends only on its keys (seed, stream and
+// counter), not on the numbers drawn before it. So results do not depend on threads, order or frame
+// range.
 #pragma once
 
 #include <array>

@@ -28,7 +28,7 @@ enum class ErrorCode : int {
 struct Error {
   ErrorCode code = ErrorCode::kInternal;
   std::string
-      message;  ///< "FILE:LINE:COL: what (why) - what to do"; lower case; may hold several lines
+      message;  ///< "FILE:LINE:COL: what (why) - what to do"; lower case; may have several lines
 };
 
 template <class... Args>

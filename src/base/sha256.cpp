@@ -15,7 +15,7 @@ Sha256& Sha256::add(const void* data, std::size_t size) {
 }
 
 std::string Sha256::hex() const {
-  sha256_ctx finished = context_;  // because nettle_sha256_digest() resets it
+  sha256_ctx finished = context_;  // a copy, because nettle_sha256_digest() resets its context
   std::array<std::uint8_t, SHA256_DIGEST_SIZE> digest;
   nettle_sha256_digest(&finished, digest.size(), digest.data());
   return fmt::format("{:02x}", fmt::join(digest, ""));

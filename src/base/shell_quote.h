@@ -5,7 +5,7 @@
 
 namespace polymorph {
 
-/// Quotes a word if a POSIX shell would not read it literally.
+/// Quotes a word if a POSIX shell would not read it literally; otherwise returns it unchanged.
 std::string quote_for_shell(const std::string& word);
 
 }  // namespace polymorph

@@ -1,4 +1,4 @@
-// Parts of the work side by side, each of which may contain parallel loops.
+// Functions that run at the same time, each of which may contain parallel loops.
 #pragma once
 
 #include <tbb/blocked_range.h>
@@ -14,8 +14,8 @@
 namespace polymorph {
 
 /// Calls f through all.part(). While f waits for its own loops, this thread takes up no other work.
-/// Sets `thrown` to the exception of f, if any. An exception that left a task of TBB would cancel
-/// the loops of the other tasks, which would then use, or even store, data that are not filled.
+/// Stores an exception of f in `thrown`: if it left a task of TBB, it would cancel the loops of the
+/// other tasks, which would then use, or even store, incomplete data.
 template <class F>
 void call_isolated(ForkJoin& all, std::exception_ptr& thrown, const F& f) {
   try {
@@ -32,8 +32,8 @@ void call_isolated(ForkJoin& all, std::exception_ptr& thrown, const F& f) {
 }
 
 /// Calls f(i) for each i in [0, count), at the same time as far as threads are free. A thread that
-/// waits in one call starts no other. Rethrows the first exception by index, after all calls have
-/// ended.
+/// waits in one call starts no other call. After all calls have ended, rethrows the exception of
+/// the lowest i that threw one.
 template <class F>
 void run_all_side_by_side(std::int64_t count, const F& f) {
   ForkJoin all;
@@ -49,9 +49,9 @@ void run_all_side_by_side(std::int64_t count, const F& f) {
 }
 
 /// Calls both functions, at the same time if a second thread is free. A thread that waits in one of
-/// them takes up no work of the other. Hence a lock that is held around a loop is not held longer,
-/// and memory holds one call of each function at most. Neither may write what the other reads.
-/// Rethrows an exception after both have ended.
+/// them takes up no work of the other: thus a lock that is held around a loop is not held longer,
+/// and each function's memory is needed only once. Neither function may write data that the other
+/// one reads. Rethrows an exception after both have ended.
 template <class F, class G>
 void run_side_by_side(const F& first, const G& second) {
   run_all_side_by_side(2, [&](std::int64_t i) { i == 0 ? first() : second(); });

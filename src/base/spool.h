@@ -1,4 +1,4 @@
-// Spool: temporary storage on disk for the parts of a file that is assembled at the end.
+// Spool: temporary storage on disk for pieces of a file that is put together at the end.
 #pragma once
 
 #include <cstdint>
@@ -36,8 +36,8 @@ class Spool {
 
  private:
   Spool(int fd, std::filesystem::path folder) : fd_(fd), folder_(std::move(folder)) {}
-  Status flush();
-  int fd_ = -1;  ///< -1 after a move
+  Status flush();  ///< writes buffer_ to the file
+  int fd_ = -1;    ///< -1 after a move
   std::filesystem::path folder_;
   std::string buffer_;  ///< bytes not written yet
   std::uint64_t size_ = 0;

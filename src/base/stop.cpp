@@ -20,8 +20,9 @@ volatile std::sig_atomic_t stop_signal = 0;
 /// that does not check for interruption.
 timer_t end_timer;
 bool has_end_timer = false;
-constexpr double kGraceSeconds = 0.8;  ///< processor time to complete frames in progress
-/// The timer's 1.7 seconds are the sum of these two.
+/// Processor seconds after a signal in which frames in progress may be completed.
+constexpr double kGraceSeconds = 0.8;
+/// The sum of these two is the time of the timer: 1.7 seconds.
 constexpr time_t kMaxGraceSeconds = 1;
 constexpr long kMaxGraceNanoseconds = 700000000;
 
@@ -30,7 +31,7 @@ void on_stop(int signal_number) {
   stop = true;
   stop_waiting_for_readers = true;
   std::signal(signal_number, SIG_DFL);   // a second signal of this kind ends the process
-  if (signal_number == SIGUSR1) return;  // farms leave time to finish the frames in progress
+  if (signal_number == SIGUSR1) return;  // farms send it early: frames in progress may be completed
   request_interruption(kGraceSeconds);
   itimerspec expiry{};
   expiry.it_value = {kMaxGraceSeconds, kMaxGraceNanoseconds};

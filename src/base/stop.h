@@ -8,12 +8,12 @@
 
 namespace polymorph {
 
-/// Returns a flag that is true once one of the signals has come. The first call installs the
-/// handlers; before it, any of the signals ends the process at once. Afterwards, the second signal
-/// of the same kind does so.
+/// Returns a flag that becomes true when one of the signals arrives. The first call installs the
+/// handlers. Before that call, any of the signals ends the process at once; afterwards, the second
+/// signal of the same kind does.
 const std::atomic<bool>& stop_requested();
 
-/// Exit code for the signal that came: 130 (SIGINT), 143 (SIGTERM) or 75 (SIGUSR1).
+/// Returns the exit code for the signal that arrived: 130 (SIGINT), 143 (SIGTERM) or 75 (SIGUSR1).
 ErrorCode stop_code();
 
 }  // namespace polymorph

@@ -12,10 +12,10 @@
 namespace polymorph {
 namespace {
 
-/// Number of insertions, deletions, substitutions and swaps of adjacent characters (optimal string
-/// alignment).
+/// Returns the smallest number of insertions, deletions, substitutions and swaps of adjacent
+/// characters that turn `a` into `b` (optimal string alignment).
 std::size_t edit_distance(std::string_view a, std::string_view b) {
-  // Rows i - 2, i - 1 and i.
+  // Rows i - 2, i - 1 and i of the table of distances between prefixes of `a` and of `b`.
   std::vector<std::size_t> before(b.size() + 1), above(b.size() + 1), row(b.size() + 1);
   for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
   for (std::size_t i = 1; i <= a.size(); ++i) {
@@ -32,6 +32,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row[b.size()];
 }
 
+/// Parses all of `text` as a number, which may have a plus sign.
 template <class T>
 std::optional<T> parse_all(std::string_view text) {
   if (text.starts_with('+')) text.remove_prefix(1);
@@ -41,7 +42,7 @@ std::optional<T> parse_all(std::string_view text) {
   return value;
 }
 
-/// Size in bytes of the UTF-8 character at `i`; 0 if there is no valid one.
+/// Returns the size in bytes of the UTF-8 character at `i`, or 0 if there is no valid one.
 std::size_t character_size(std::string_view text, std::size_t i) {
   const auto lead = static_cast<unsigned char>(text[i]);
   const std::size_t size = lead < 0x80   ? 1
@@ -57,7 +58,7 @@ std::size_t character_size(std::string_view text, std::size_t i) {
   const auto second = static_cast<unsigned char>(text[i + 1]);
   const bool is_invalid = (lead == 0xe0 && second < 0xa0) || (lead == 0xed && second > 0x9f) ||
                           (lead == 0xf0 && second < 0x90) || (lead == 0xf4 && second > 0x8f);
-  return is_invalid ? 0 : size;  // overlong forms, surrogates, beyond U+10FFFF
+  return is_invalid ? 0 : size;  // invalid: overlong forms, surrogates, codes beyond U+10FFFF
 }
 
 /// Decodes a UTF-8 character; an invalid byte is decoded as itself.
@@ -70,8 +71,8 @@ std::uint32_t code_point(std::string_view character) {
   return value;
 }
 
-/// Tests for C0, DEL and C1; line and paragraph separators; bidirectional marks, embeddings,
-/// overrides and isolates.
+/// Tests whether a code point is a control character (C0, DEL or C1), a line or paragraph
+/// separator, or a bidirectional mark, embedding, override or isolate.
 bool is_control(std::uint32_t code) {
   return code < 0x20 || (code >= 0x7f && code < 0xa0) || code == 0x61c || code == 0x200e ||
          code == 0x200f || (code >= 0x2028 && code <= 0x202e) || (code >= 0x2066 && code <= 0x2069);

@@ -9,13 +9,13 @@
 
 namespace polymorph {
 
-/// Parses all of `text` as a finite number, with '.' as the decimal point in every locale; nothing
-/// if it is no number.
+/// Parse all of `text` as a finite number, with '.' as the decimal point in every locale, or as an
+/// integer. Return nothing if `text` is anything else.
 std::optional<double> parse_number(std::string_view text);
 std::optional<long long> parse_integer(std::string_view text);
 
-/// Finds the candidate nearest to `word` by edit distance; nothing if even this one needs more
-/// edits than max(1, a third of the word's length).
+/// Finds the candidate with the smallest edit distance from `word`. Returns nothing if that
+/// distance exceeds max(1, a third of the word's length).
 std::optional<std::string> nearest_word(std::string_view word,
                                         std::span<const std::string> candidates);
 
@@ -32,8 +32,8 @@ enum class LineBreaks { kKeep, kReplace };
 /// of writing by '?'.
 std::string printable(std::string_view text, LineBreaks line_breaks = LineBreaks::kReplace);
 
-/// Makes JSON text printable without changing the parsed values: characters from DEL (U+007F) on
-/// that printable() would replace become \\u escapes.
+/// Makes JSON text printable without a change of the values that it represents: characters from DEL
+/// (U+007F) on that printable() would replace become \\u escapes.
 std::string printable_json(std::string text);
 
 /// Escapes `text` for a JSON string.

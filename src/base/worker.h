@@ -13,11 +13,10 @@
 
 namespace polymorph {
 
-/// Runs tasks on one thread, instead of starting a thread per task: oneTBB's allocator and Embree
-/// keep some kilobytes for every thread that ever used them, so memory would grow over a long film.
-/// If all work is limited to one thread, there is no worker thread, and a task runs when its result
-/// is requested. run() throws std::system_error if the thread cannot be started. The destructor
-/// waits for the tasks.
+/// Runs tasks on one thread. With a thread per task, memory would grow over a long film: oneTBB's
+/// allocator and Embree keep some kilobytes for every thread that ever used them. If all work is
+/// limited to one thread, there is no worker thread, and a task runs when its result is requested.
+/// The destructor waits for the tasks.
 class Worker {
  public:
   Worker() = default;
@@ -29,6 +28,7 @@ class Worker {
     thread_.join();
   }
 
+  /// Runs a task after those before it. Throws std::system_error if the thread cannot be started.
   template <class F>
   std::future<std::invoke_result_t<F&>> run(F task) {
     if (thread_count() == 1) return std::async(std::launch::deferred, std::move(task));

@@ -1,5 +1,5 @@
-// Benchmarks of the program: extraction of a standard surface, Table 6.7 and Graph 6.1 of the
-// report (Gilbert 2010; scene/scene.h), and rendering.
+// Benchmarks of the program: extraction of a standard surface; the measurements of Table 6.7 and
+// Graph 6.1 in Gilbert's report (2010; scene/scene.h); and rendering.
 #pragma once
 
 #include <filesystem>
@@ -16,14 +16,14 @@ namespace polymorph {
 struct BenchSettings {
   std::string what = "all";         ///< surface, report, render or all
   std::string field = "gaussian";   ///< field function of the balls on the torus
-  std::filesystem::path ball_file;  ///< balls to use (field/balls_io.h); empty: those on a torus
+  std::filesystem::path ball_file;  ///< file of the balls (field/balls_io.h); empty: use a torus
   /// `balls`: on the torus; `grid`: points per axis; `repeats`: measured runs of each benchmark;
   /// `width`, `height`: of the picture in pixels; `samples`: per pixel.
   int balls = 1032, grid = 128, repeats = 7, width = 640, height = 480, samples = 16;
 };
 
-/// Runs the benchmarks on `engine`, which make_engine() (device/device.h) made for `device`.
-/// `print` gets each line of the table as soon as it is measured. Returns all results as JSON.
+/// Runs the benchmarks on `engine`, which make_engine() (device/device.h) made for `device`. Calls
+/// `print` with each line of the table as soon as it is measured. Returns all results as JSON.
 /// Errors: kInput (the file of balls), kResource.
 Result<JsonValue> run_benchmarks(const BenchSettings& settings, const std::string& device,
                                  Engine& engine,

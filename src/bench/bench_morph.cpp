@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <optional>
 
 #include "analyze/true_points.h"
@@ -17,7 +16,7 @@ struct Column {
   const char* metric;  ///< name in an Analysis (docs/method.md, Quality)
   const char* title;
   int width, decimals;
-  bool weighted_by_points;  ///< the mean is weighted by the pairs' numbers of points
+  bool weighted_by_points;  ///< the mean weights pairs by their numbers of points
 };
 constexpr Column kColumns[] = {
     {"points", "points", 6, 0, false},        {"plan_within_5", "plan .05", 8, 2, true},
@@ -40,7 +39,8 @@ Row make_row(const Analysis& morph) {
   return row;
 }
 
-/// Returns the means of all columns except the first one, the number of points, which is summed.
+/// Returns the means of the columns, empty where no row has a value. Instead of a mean, the first
+/// column (the number of points) gets the sum.
 Row make_means(const std::vector<Row>& rows) {
   Row means;
   for (std::size_t c = 0; c < std::size(kColumns); ++c) {
@@ -75,7 +75,7 @@ std::string format_heading() {
   return text + "\n";
 }
 
-/// Makes the scene of a pair, with default settings except for the overrides.
+/// Makes the scene that morphs a pair, with default settings except for the overrides.
 Result<Scene> make_scene(const Truth& truth, const TrueModel& from, const TrueModel& to,
                          std::span<const Override> overrides) {
   const auto object = [](const TrueModel& entry) {
@@ -88,7 +88,7 @@ Result<Scene> make_scene(const Truth& truth, const TrueModel& from, const TrueMo
   return load_scene_text(truth.file, format_json(scene), overrides);
 }
 
-/// Measures this program's morph of a pair or, with `settings.meshes`, the meshes of another one.
+/// Measures this program's morph of a pair or, with `settings.meshes`, that of another program.
 Result<Analysis> measure_pair(const BenchMorphSettings& settings, const Truth& truth,
                               const TrueModel& from, const TrueModel& to, Engine& engine,
                               const std::function<bool()>& keep_going) {

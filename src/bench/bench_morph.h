@@ -33,11 +33,11 @@ struct BenchMorphReport {
   JsonValue json;                ///< analysis_json() of `morphs`, and their means as "all"
 };
 
-/// Measures every pair and prints a line for each, and then one with the means. Metrics of points
-/// are averaged over all points; the others are averaged over the pairs for which they are known.
-/// `keep_going` is called before each frame; if it returns false, the error is kResumable. Errors:
-/// kInput (no pairs, pairs without common points, models, meshes), kUsage (an override), the
-/// engine's.
+/// Measures every pair. Prints a line for each pair, and then a line with the means. The mean of a
+/// metric of points is that over all points; the mean of any other metric is that over the pairs
+/// for which it is known. `keep_going` is called before each frame; if it returns false, the error
+/// is kResumable. Errors: kInput (no pairs, pairs without common points, models, meshes), kUsage
+/// (an override), the engine's.
 Result<BenchMorphReport> bench_morph(const BenchMorphSettings& settings, Engine& engine,
                                      const std::function<void(const std::string&)>& print,
                                      const std::function<bool()>& keep_going);

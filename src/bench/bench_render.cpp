@@ -6,13 +6,13 @@
 namespace polymorph {
 namespace {
 
-/// Times frames of a scene, traced by the CPU or by a GPU (make_renderer()). Adds no row if the GPU
-/// could not trace them and the CPU did.
+/// Times frames of a scene, traced by `device` (make_renderer()). Adds no row if `device` is a GPU
+/// that could not trace the scene, so that the CPU did.
 Status bench_frames(Bench& bench, const RenderScene& scene, const RenderSettings& settings,
                     const std::string& device) {
   PM_TRY(Renderer renderer, make_renderer(device));
   Renderer::Stats stats;
-  // Frames take long, so three runs must do.
+  // Frames take long, so time at most three runs.
   PM_TRY(const Timing timing, time_runs(std::min(bench.settings.repeats, 3), [&]() -> Status {
            PM_TRY(const Image image, renderer.render(scene, settings));
            stats = renderer.stats();
@@ -31,6 +31,7 @@ Status bench_frames(Bench& bench, const RenderScene& scene, const RenderSettings
   return Ok{};
 }
 
+/// Prints and adds a row for each loop, with its rays per second.
 void report_loops(Bench& bench, const std::vector<RayLoop>& loops) {
   for (const RayLoop& loop : loops) {
     const Timing t = timing_of(loop.seconds);
@@ -40,13 +41,15 @@ void report_loops(Bench& bench, const std::vector<RayLoop>& loops) {
   }
 }
 
-/// Returns the median, over the rounds, of the ratio of a loop's rate to the bare loop's rate.
+/// Returns the ratio of a loop's rays per second to those of `bare`, the loop that does nothing
+/// but trace the same rays: the median of the ratios of all runs.
 double rate_ratio(const RayLoop& loop, const RayLoop& bare) {
   std::vector<double> ratios;
   for (std::size_t i = 0; i < loop.seconds.size(); ++i)
     ratios.push_back(bare.seconds[i] / loop.seconds[i]);
   return median_of(ratios);
 }
+/// Prints and adds a row with the rate_ratio() of camera rays and of scattered rays.
 void report_ratios(Bench& bench, const char* name, double camera, double scattered) {
   bench.print_line(
       "  camera rays at {:.0f} % of the bare ones' rate, scattered rays at {:.0f} % of the bare "
@@ -63,7 +66,7 @@ Status bench_device_rays(Bench& bench, const RenderScene& scene, const std::stri
          measure_device_rays(scene, *tracer, bench.settings.width, bench.settings.height,
                              bench.settings.repeats));
   report_loops(bench, loops);
-  // The loops come in pairs: bare and exact, for camera rays and then for scattered rays.
+  // The loops: camera rays, bare and exact; then scattered rays, bare and exact.
   report_ratios(bench, "share of bare rates, GPU", rate_ratio(loops[1], loops[0]),
                 rate_ratio(loops[3], loops[2]));
   return Ok{};
@@ -77,8 +80,8 @@ Status bench_render(Bench& bench, const std::string& device, const Mesh& mesh) {
   surface.positions = mesh.positions;
   surface.triangles = mesh.triangles;
   surface.vertex_normals = mesh.normals;
-  surface.look = 1;  // RenderScene::look alone
-  surface.id = 2;    // 1 is the ground
+  surface.look = 1;  // only RenderScene::look: the mesh has no materials
+  surface.id = 2;    // id 1 is the ground
   scene.meshes.push_back(surface);
   scene.bounds = bounding_box(mesh.positions);
   scene.camera =
@@ -93,7 +96,8 @@ Status bench_render(Bench& bench, const std::string& device, const Mesh& mesh) {
   PM_TRY(const std::vector<RayLoop> loops,
          measure_rays(scene, bench.settings.width, bench.settings.height, bench.settings.repeats));
   report_loops(bench, loops);
-  // Loops 1 and 3 are plain Embree, loops 2 and 4 the renderer (measure_rays()).
+  // Loops 1 and 3 are plain Embree, loops 2 and 4 the renderer (measure_rays()); loop 0 casts
+  // single rays, which are not compared.
   report_ratios(bench, "share of bare rates", rate_ratio(loops[2], loops[1]),
                 rate_ratio(loops[4], loops[3]));
   if (device != "cpu") PM_TRY_STATUS(bench_device_rays(bench, scene, device));

@@ -11,7 +11,8 @@
 
 namespace polymorph {
 
-/// A run of benchmarks: its settings, the function that prints its table, and its rows so far.
+/// A run of benchmarks: its settings, the function that prints its table, and the rows of its JSON
+/// result so far.
 struct Bench {
   const BenchSettings& settings;
   const std::function<void(const std::string&)>& print;
@@ -38,27 +39,27 @@ inline Timing timing_of(const std::vector<double>& seconds) {
   return {*low, median_of(seconds), *high};
 }
 
-/// Times `run`, which returns a Status, `repeats` times after one run to warm up.
+/// Calls `run`, which returns a Status, once to warm up and then `repeats` times, which are timed.
 template <class F>
 Result<Timing> time_runs(int repeats, const F& run) {
   std::vector<double> seconds;
   for (int i = 0; i <= repeats; ++i) {
     const Stopwatch stopwatch;
     PM_TRY_STATUS(run());
-    const double s = stopwatch.seconds();
-    if (i > 0) seconds.push_back(s);  // run 0 warms up
+    const double elapsed = stopwatch.seconds();
+    if (i > 0) seconds.push_back(elapsed);  // run 0 warms up
   }
   return timing_of(seconds);
 }
 
-/// Prints a line of the table, which ends in `note`, and returns it as a row.
+/// Prints a line of the table, which ends in `note`, and returns it as a row of the JSON result.
 JsonValue print_row(const Bench& bench, const std::string& name, const Timing& t,
                     const std::string& note);
 
-/// Times the extraction of the settings' balls (BenchSettings), by default on a torus. Stores its
-/// mesh in `mesh`, for bench_render().
+/// Times the extraction of the surface of the balls that BenchSettings describe. Stores the mesh in
+/// `mesh`, for bench_render().
 Status bench_surface(Bench& bench, const std::string& device, Engine& engine, Mesh& mesh);
-/// Measures Table 6.7 and Graph 6.1 of the report.
+/// Repeats the measurements of the report's Table 6.7 and Graph 6.1.
 Status bench_report_figures(Bench& bench, Engine& engine);
 /// Times the rendering of a mesh on the CPU, and on `device` if that is a GPU.
 Status bench_render(Bench& bench, const std::string& device, const Mesh& mesh);

@@ -12,8 +12,8 @@
 namespace polymorph {
 namespace {
 
-/// The standard case: n balls, evenly distributed over a torus with radii 1 and 0.4. With the
-/// spacing s = sqrt(area / n), the balls' radii are random in [0.85 s, 1.15 s].
+/// Makes the balls of the standard case: n balls, evenly distributed over a torus with radii 1 and
+/// 0.4. With the spacing s = sqrt(area / n), the balls' radii are random in [0.85 s, 1.15 s].
 std::vector<Ball> torus_balls(int n, FieldKind kind) {
   constexpr double kPi = 3.14159265358979323846, kMajor = 1, kMinor = 0.4;
   const double spacing = std::sqrt(4 * kPi * kPi * kMajor * kMinor / n);
@@ -30,7 +30,7 @@ std::vector<Ball> torus_balls(int n, FieldKind kind) {
                       static_cast<float>(kMinor * std::sin(v)),
                       static_cast<float>(ring * std::sin(u))};
     const Ball ball = visit(kind, [&](auto field) {
-      // Balls of infinite support add up, so that each must be weak.
+      // The values of all balls with infinite support add up everywhere, so each ball must be weak.
       const float constant = field.kCompactSupport ? 1 : 0.02f;
       return field.from_sphere(center, radius, {.blobbiness = 2, .blob_constant = constant});
     });
@@ -46,7 +46,8 @@ FieldKind find_field(const std::string& name) {
   return FieldKind::kGaussian;
 }
 
-/// The grid over [-1.9, 1.9]^3, which contains the torus's surface, with n points along each axis.
+/// Returns the grid over [-1.9, 1.9]^3, which contains the torus's surface, with n points along
+/// each axis.
 Grid bench_grid(int n) {
   return {{-1.9f, -1.9f, -1.9f}, 3.8f / static_cast<float>(n - 1), {n, n, n}};
 }
@@ -75,7 +76,7 @@ Status bench_interpolation(Bench& bench, const std::string& name, const Extracte
                            Engine& engine) {
   const BallSet& balls = surface.balls;
   const Mesh& mesh = surface.mesh;
-  std::vector<BallAttribute> attributes(2 * balls.size());  // of four values each
+  std::vector<BallAttribute> attributes(2 * balls.size());  // two per ball, of four values each
   for (std::size_t i = 0; i < attributes.size(); ++i)
     attributes[i].value[0] = static_cast<float>(i);
   std::vector<AttributeValues> values;
@@ -98,9 +99,10 @@ Status bench_interpolation(Bench& bench, const std::string& name, const Extracte
   return Ok{};
 }
 
-/// Measures the report's Table 6.7: surfaces per second by skin resolution (cells along an axis)
-/// and influence resolution (here a whole number of cells), and the error of the volume that
-/// interpolation causes.
+/// Measures the report's Table 6.7: surfaces per second, by skin resolution (cells of the surface's
+/// grid along an axis) and influence resolution (intervals along an axis, each of a whole number of
+/// cells, at whose ends the field is evaluated). Also measures the error of the volume that the
+/// interpolation of the field between these points causes.
 Status bench_table(Bench& bench, Engine& engine) {
   PM_TRY(const BallFile file, bench_balls(bench.settings));
   const BallSet balls = file.balls;
@@ -116,7 +118,7 @@ Status bench_table(Bench& bench, Engine& engine) {
     const double exact_volume = volume_of(mesh);
     std::string text = fmt::format("{:>6}", skin);
     for (int resolution = 10; resolution <= 40; resolution += 10) {
-      settings.sample_stride = std::max(1, (skin + resolution / 2) / resolution);  // rounded
+      settings.sample_stride = std::max(1, (skin + resolution / 2) / resolution);  // in cells
       PM_TRY(const Timing timing, time_runs(bench.settings.repeats, [&] {
                return extract_once(engine, balls, grid, settings, mesh);
              }));
@@ -134,8 +136,8 @@ Status bench_table(Bench& bench, Engine& engine) {
   return Ok{};
 }
 
-/// Measures the report's Graph 6.1: times of the same surfaces on the CPU and, if there is one, on
-/// the GPU.
+/// Measures the report's Graph 6.1: the time of a surface by skin resolution, on the CPU and, if
+/// there is one, on the GPU.
 Status bench_graph(Bench& bench) {
   PM_TRY(const BallFile file, bench_balls(bench.settings));
   const BallSet balls = file.balls;
@@ -170,7 +172,7 @@ Status bench_surface(Bench& bench, const std::string& device, Engine& engine, Me
   const BallSet balls = file.balls;
   ExtractSettings settings;
   settings.field = file.kind;
-  // Make the grid: the torus's own, or one that fits the balls of a file.
+  // Make the grid: that of the torus, or one that fits the surface of a file's balls.
   Box box;
   for (const Ball& ball : balls) box = extend(box, ball.center);
   Grid grid = bench_grid(bench.settings.grid);
@@ -186,11 +188,13 @@ Status bench_surface(Bench& bench, const std::string& device, Engine& engine, Me
       fmt::format("{} balls, {} triangles", balls.size(), mesh.triangles.size());
   // A lower bound of the bytes to write: 24 per vertex (position and normal) and 12 per triangle.
   const double bytes = static_cast<double>(mesh.positions.size() * 24 + mesh.triangles.size() * 12);
-  // Times the extraction and its passes. `speed`: bandwidth of the memory that receives the mesh,
-  // in bytes per second.
-  const auto measure = [&](const std::string& name, double speed,
-                           const char* speed_name) -> Status {
-    Mesh unused_mesh;  // without a download, `mesh` keeps the surface for the next benchmarks
+  // Times the extraction and its passes, and adds a row. `bandwidth`: that of the memory that
+  // receives the mesh, in bytes per second.
+  const auto measure = [&](const std::string& name, double bandwidth,
+                           const char* bandwidth_name) -> Status {
+    // Without a download the engine returns no mesh, so `mesh` keeps its surface for the next
+    // benchmarks.
+    Mesh unused_mesh;
     Mesh& target = settings.download ? mesh : unused_mesh;
     std::map<std::string, std::vector<double>> passes;
     std::vector<std::string> pass_order;
@@ -208,10 +212,10 @@ Status bench_surface(Bench& bench, const std::string& device, Engine& engine, Me
       bench.print_line("  {:<26} {:>9.3f} ms\n", pass, ms);
       row["passes_ms"][pass] = ms;
     }
-    row["floor_ms"] = bytes / speed * 1e3;
+    row["floor_ms"] = bytes / bandwidth * 1e3;
     row["memory_bytes"] = engine.memory_used();
     bench.print_line("  mesh {:.1f} MB: {:.3f} ms at {}; buffers {:.0f} MB\n", bytes * 1e-6,
-                     bytes / speed * 1e3, speed_name,
+                     bytes / bandwidth * 1e3, bandwidth_name,
                      static_cast<double>(engine.memory_used()) * 1e-6);
     bench.rows.push_back(std::move(row));
     return Ok{};

@@ -82,7 +82,7 @@ Result<Renderer> make_renderer(const std::string& device, std::size_t max_memory
   if (!device.starts_with("cuda:")) return renderer;
   std::string error;
   auto tracer = open_tracer(device, error);
-  static std::atomic_flag is_logged;
+  static std::atomic_flag is_logged;  // logs the reason once per command
   if (tracer) {
     tracer->limit_memory(max_memory);
     renderer.set_device_tracer(std::move(tracer));

@@ -1,4 +1,4 @@
-// Compute device selection: the surface engine and renderer for --device.
+// Selection of compute devices: the surface engine and the renderer for the option --device.
 #pragma once
 
 #include <cstddef>

@@ -55,7 +55,8 @@ class FailoverEngine : public Engine {
   std::size_t memory_used() const override { return last_used().memory_used(); }
 
  private:
-  /// Calls the function with the device and, if that fails, with the CPU.
+  /// Calls the function with the engine of the device. If that has failed before, or fails now, or
+  /// has too little memory, calls the function with the CPU's engine.
   template <class F>
   EngineStatus call(const F& f) {
     called_cpu_ = false;
@@ -74,7 +75,7 @@ class FailoverEngine : public Engine {
     called_cpu_ = true;
     return f(*cpu_);
   }
-  /// The engine that ran the last call.
+  /// Returns the engine that ran the last call.
   const Engine& last_used() const { return called_cpu_ ? *cpu_ : *device_; }
 
   std::unique_ptr<Engine> device_, cpu_;  ///< cpu_: null until the device has failed

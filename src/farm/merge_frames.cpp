@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMaxNamedFrames = 20;  // frames in an error message
+constexpr std::size_t kMaxNamedFrames = 20;  // frames that one error message lists
 
 /// Reads the header of a part. Errors (kInput): the file is no part.
 Result<PartFile> read_part_header(const fs::path& file) {
@@ -31,7 +31,8 @@ Result<PartFile> read_part_header(const fs::path& file) {
                     file.string());
 }
 
-/// Lists the parts that the inputs name, without repetition.
+/// Lists the parts that the inputs name, each once, in the order of the inputs. Errors: kInput for
+/// an input without a part; kUsage for a wrong pattern.
 Result<std::vector<PartFile>> collect_parts(const std::vector<std::string>& inputs) {
   std::vector<PartFile> parts;
   for (const std::string& input : inputs) {
@@ -95,11 +96,11 @@ Status check_one_picture(int frame, const std::vector<PartFile>& parts) {
 }
 
 /// Describes the samples that are missing for a frame or, with `partial`, for a larger part without
-/// gaps; empty if none are.
+/// gaps. Returns "" if no sample is missing, or if the merge makes a draft.
 std::string describe_missing_samples(const FrameMerge& merge, bool partial) {
   const std::vector<SampleRange>& joined = merge.ranges;
   const int total = merge.samples.total;
-  // A draft may have gaps; a larger part lacks samples only before its first or after its last.
+  // A draft may have gaps between its ranges; a larger part must be a single range.
   if (merge.is_draft || (joined.size() == 1 && (partial || merge.samples.is_whole()))) return "";
   std::string options;
   for (const SampleRange& range : missing_ranges(joined, total))
@@ -170,7 +171,7 @@ Status merge_frame(const FrameMerge& merge, const std::string& command) {
   std::vector<Part> parts;
   for (const fs::path& file : merge.parts) {
     PM_TRY(Image image, read_image(file, unlimited));
-    // Read the attributes exactly as in the file, because they are written again.
+    // Take the attributes with the names and values of the file, because they are written again.
     PM_TRY(image.attributes, read_exr_attributes(file));
     const FrameHeader header = parse_frame_header(image.attributes);
     if (!header.part)
@@ -190,7 +191,8 @@ Status merge_frame(const FrameMerge& merge, const std::string& command) {
     image.attributes.push_back(
         {kDraftAttribute,
          fmt::format("{} of {}", format_samples(merge.ranges), merge.samples.total)});
-  return write_image(merge.output, image, {},
+  // A larger part is written as all parts are: with default settings.
+  return write_image(merge.output, image, /*png=*/{},
                      is_whole || merge.is_draft ? merged_settings : ExrSettings{});
 }
 

@@ -1,4 +1,4 @@
-// Merging of parts (files with some of a frame's samples) to frames.
+// Merging of parts (files with some of a frame's samples) into frames.
 #pragma once
 
 #include <filesystem>
@@ -17,10 +17,10 @@ inline constexpr const char* kDraftAttribute = "polymorph/draft";
 
 struct MergeSettings {
   std::vector<std::string> inputs;  ///< EXR files, patterns of EXR files, and folders
-  std::string output;               ///< an EXR file, or a pattern
+  std::string output;               ///< an EXR file, or a pattern of EXR files
   bool overwrite = false;
-  bool partial = false;  ///< merge incomplete parts to a larger part
-  bool draft = false;    ///< merge incomplete parts to a picture of the samples that exist
+  bool partial = false;  ///< if samples are missing, merge the parts into a larger part
+  bool draft = false;    ///< if samples are missing, merge the parts into a draft
   std::string command;   ///< command line that the image headers state
 };
 
@@ -40,7 +40,8 @@ struct FrameMerge {
 /// nor `draft` allows; kOutput for an output that may not be written.
 Result<std::vector<FrameMerge>> plan_merge(const MergeSettings& settings);
 
-/// Merges one frame and writes it. Errors: kInput if a part is broken; kOutput.
+/// Merges one frame and writes it; its header gets `command`. Errors: kInput if a part is broken;
+/// kOutput.
 Status merge_frame(const FrameMerge& merge, const std::string& command);
 
 }  // namespace polymorph

@@ -11,13 +11,14 @@
 namespace polymorph {
 namespace {
 
+// Types of the statement and its members (docs/provenance.md).
 constexpr const char* kStatement = "https://in-toto.io/Statement/v1";
 constexpr const char* kPredicate = "https://slsa.dev/provenance/v1";
 constexpr const char* kBuildType = "urn:polymorph:render:1";
 constexpr const char* kBuilder = "urn:polymorph:program";
 
-/// Makes a ResourceDescriptor of in-toto.
-JsonValue resource(const std::string& name, const std::string& sha256) {
+/// Makes in-toto's ResourceDescriptor of a file.
+JsonValue describe_resource(const std::string& name, const std::string& sha256) {
   return {{"name", name}, {"digest", {{"sha256", sha256}}}};
 }
 
@@ -35,12 +36,12 @@ Result<std::string> make_receipt(const RunReport& report) {
     for (const std::filesystem::path& file : record->files) {
       const auto bytes = read_file(file);
       if (!bytes) return make_error(ErrorCode::kOutput, "{}", bytes.error().message);
-      subjects.push_back(
-          resource(file.filename().string(), Sha256().add(bytes->data(), bytes->size()).hex()));
+      subjects.push_back(describe_resource(file.filename().string(),
+                                           Sha256().add(bytes->data(), bytes->size()).hex()));
     }
   }
   for (const InputFile& file : report.provenance.files)
-    inputs.push_back(resource(file.name, file.sha256));
+    inputs.push_back(describe_resource(file.name, file.sha256));
   const auto scene = parse_json("scene", report.provenance.scene);
   PM_CHECK(scene.ok());
   const JsonValue statement{{"_type", kStatement},

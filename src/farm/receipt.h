@@ -13,7 +13,7 @@ namespace polymorph {
 /// text does not depend on time or machine. Errors: kOutput if a frame's file cannot be read.
 Result<std::string> make_receipt(const RunReport& report);
 
-/// Tests whether a text is a receipt.
+/// Tests whether a text begins as the receipts of make_receipt() do.
 bool is_receipt(const std::string& text);
 
 }  // namespace polymorph

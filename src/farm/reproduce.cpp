@@ -1,8 +1,6 @@
 #include "farm/reproduce.h"
 
 #include <cstring>
-#include <memory>
-#include <optional>
 
 #include "base/file.h"
 #include "base/program_identity.h"
@@ -70,15 +68,16 @@ Result<FrameFile> read_frame(const fs::path& file) {
     return make_error(ErrorCode::kInput, "{}: {}", out.name, provenance.error().message);
   out.provenance = std::move(*provenance);
   const auto number = parse_integer(format_entry(out.image, kFrameAttribute).value_or(""));
-  // The limit keeps the cast below in range; reproduce_frame() compares with the scene's count.
+  // The limit keeps the cast below in range; reproduce_frame() checks that the scene has the frame.
   if (!number || *number < 1 || *number > 10'000'000)
     return make_error(ErrorCode::kInput, "{}: its header has no {}", out.name, kFrameAttribute);
   out.frame = static_cast<int>(*number);
   return out;
 }
 
-/// Compares the files that the header names with their digests, before any is used. Skips entries
-/// that stand for several files: reproduce_frame() compares these after the scene is prepared.
+/// Compares the input files in `folder` with the digests in the header. Adds the differences to
+/// `result`. Skips entries for several files: reproduce_frame() compares these later, when the
+/// preparation of the scene has read the files.
 void check_inputs(const Provenance& provenance, const fs::path& folder, Reproduction& result) {
   for (const InputFile& input : provenance.files) {
     if (input.count > 1 || input.name == kAllFiles) continue;
@@ -93,8 +92,9 @@ void check_inputs(const Provenance& provenance, const fs::path& folder, Reproduc
   }
 }
 
-/// Tests whether the header describes layers. It does not if the frame was written only as a PNG.
-bool names_layers(const Image& image) {
+/// Tests whether the header describes AOV layers. If the frame was written only as a PNG, it was
+/// rendered without layers, and its header does not describe any.
+bool describes_layers(const Image& image) {
   for (const Attribute& attribute : image.attributes)
     if (attribute.name == "polymorph/labels" || attribute.name.starts_with("cryptomatte/"))
       return true;
@@ -105,7 +105,7 @@ bool names_layers(const Image& image) {
 Result<std::string> render_again(const FrameFile& original, const PreparedScene& prepared,
                                  Engine& engine, Renderer& renderer) {
   PM_TRY(const FrameGeometry geometry, geometry_at(prepared, engine, original.frame));
-  PM_TRY(Image image, render_frame(prepared, geometry, renderer, "", ""));
+  PM_TRY(Image image, render_frame(prepared, geometry, renderer, /*device=*/"", /*command=*/""));
   const auto entry = [&](const char* name) {
     return format_entry(original.image, name).value_or("");
   };
@@ -115,6 +115,8 @@ Result<std::string> render_again(const FrameFile& original, const PreparedScene&
                          : encode_exr(image, exr_settings(prepared.scene));
 }
 
+/// Compares the original with `rendered`, the image in `result.bytes`. Sets same_pixels, same_bytes
+/// and difference.
 void compare_frames(const FrameFile& original, const Image& rendered, Reproduction& result) {
   const Image& expected = original.image;
   result.same_bytes = original.bytes == result.bytes;
@@ -141,7 +143,7 @@ Result<Reproduction> reproduce_frame(const fs::path& file, const fs::path& model
   result.same_program =
       provenance.version == program_version() && provenance.program == shared_identity();
   std::error_code error;
-  // Check the inputs before anything is rendered.
+  // Check the input files. A trailing slash, as in "models/", is removed from the folder.
   fs::path folder = fs::absolute(models, error).lexically_normal();
   if (!folder.has_filename()) folder = folder.parent_path();
   if (!fs::is_directory(folder, error))
@@ -156,16 +158,16 @@ Result<Reproduction> reproduce_frame(const fs::path& file, const fs::path& model
     return make_error(ErrorCode::kInput, "{}: its header says frame {}, and its scene has {}",
                       original.name, original.frame, count);
   // Two pictures are in memory: the original and the rendered one.
-  PM_TRY_STATUS(check_picture_memory(scene.image, 2, resources.max_memory));
-  PM_TRY(EngineScene morph, prepare_on_engine(scene, resources, /*pictures=*/2));
-  PreparedScene& prepared = morph.prepared;
-  // The preparation has read all files, so entries of several files can be compared, too.
+  PM_TRY_STATUS(check_picture_memory(scene.image, /*pictures=*/2, resources.max_memory));
+  PM_TRY(EngineScene engine_scene, prepare_on_engine(scene, resources, /*pictures=*/2));
+  PreparedScene& prepared = engine_scene.prepared;
+  // The preparation has read all files, so entries for several files can be compared, too.
   result.changed = compare_inputs(provenance.files, name_files(prepared.inputs, {{folder}}));
   if (!result.changed.empty()) return result;
-  if (original.is_png && !names_layers(original.image)) prepared.scene.image.aovs = "none";
+  if (original.is_png && !describes_layers(original.image)) prepared.scene.image.aovs = "none";
   prepared.provenance = original.encoded_provenance;
-  PM_TRY(Renderer renderer, make_renderer(morph.device, resources.max_memory));
-  PM_TRY(result.bytes, render_again(original, prepared, *morph.engine, renderer));
+  PM_TRY(Renderer renderer, make_renderer(engine_scene.device, resources.max_memory));
+  PM_TRY(result.bytes, render_again(original, prepared, *engine_scene.engine, renderer));
   PM_TRY(const Image rendered, decode_image(result.bytes, "the frame as rendered now", kAsStored));
   compare_frames(original, rendered, result);
   return result;

@@ -13,9 +13,8 @@
 namespace polymorph {
 namespace {
 
-/// Computes how many seconds before the time limit a task gets the signal to stop. The three frames
-/// that may be in progress need time to finish. The result is at least 90 seconds, but at most half
-/// of the limit.
+/// Computes how many seconds before the time limit a task gets the signal to stop: the time of the
+/// three frames that may be in progress, but at least 90 seconds and at most half of the limit.
 int signal_seconds(const SlurmJob& job) {
   constexpr double kMinSeconds = 90, kFramesInProgress = 3;
   const double finish_seconds = std::ceil(kFramesInProgress * job.frame_seconds);
@@ -36,7 +35,7 @@ std::string script_head(const SlurmJob& job, const std::string& name, const std:
   directive(fmt::format("--cpus-per-task={}", job.cpus));
   directive(fmt::format("--mem={}M", job.memory_mib));
   directive(fmt::format("--time={}", job.minutes));
-  for (const std::string& extra : job.directives) directive(extra);
+  for (const std::string& text : job.directives) directive(text);
   return out;
 }
 
@@ -56,11 +55,11 @@ std::string frames_argument(const SlurmJob& job) {
 Status check_job(const SlurmJob& job) {
   std::vector<std::string> texts{job.name,   job.program, job.folder, job.log_folder, job.scene,
                                  job.output, job.frames,  job.sheet,  job.movie};
-  for (const auto* extra : {&job.scene_arguments, &job.render_arguments, &job.directives})
-    texts.insert(texts.end(), extra->begin(), extra->end());
+  for (const auto* list : {&job.scene_arguments, &job.render_arguments, &job.directives})
+    texts.insert(texts.end(), list->begin(), list->end());
   for (const std::string& text : texts)
     for (const char c : text)
-      if (static_cast<unsigned char>(c) < ' ' || c == 127)
+      if (static_cast<unsigned char>(c) < ' ' || c == 127)  // 127: DEL
         return make_error(ErrorCode::kUsage,
                           "{}: a job script cannot hold a control character, such as a line break "
                           "- rename the file or folder, or change the option",
@@ -144,7 +143,7 @@ Result<std::string> run_sbatch(const std::vector<std::string>& arguments) {
                       "{}: {} - run this on a machine of the cluster, or see the scripts with "
                       "--print",
                       command, output.empty() ? "failed" : output);
-  // The last line is "1234" or "1234;cluster"; a site's sbatch may print others before it.
+  // The last line is "1234" or "1234;cluster"; a site's own sbatch may print other lines before it.
   const auto lines = split(output, '\n');
   return lines.back().substr(0, lines.back().find(';'));
 }

@@ -1,4 +1,5 @@
-// Batch scripts for Slurm: a job array that renders a sequence, and a job that completes it.
+// Batch scripts for Slurm: a job array that renders a sequence, and a job that checks the frames
+// and makes a contact sheet and a movie of them.
 #pragma once
 
 #include <string>
@@ -8,7 +9,7 @@
 
 namespace polymorph {
 
-/// Contents of both scripts.
+/// The values that both scripts contain.
 struct SlurmJob {
   std::string name;           ///< name of the array; the second job is NAME-finish
   std::string program;        ///< absolute path of polymorph
@@ -22,7 +23,7 @@ struct SlurmJob {
   std::vector<std::string> directives;        ///< further options of sbatch: "--partition=big"
   int tasks = 1;                              ///< tasks of the array
   int cpus = 4;                               ///< processors per task
-  int gpus = 0;                               ///< GPUs per task, which share its frames
+  int gpus = 0;                               ///< GPUs per task, which share the task's frames
   int memory_mib = 1024;                      ///< memory per task
   int minutes = 10;                           ///< time limit of a task
   double frame_seconds = 0;  ///< seconds per frame on `cpus` processors; 0: unknown
@@ -36,15 +37,15 @@ Status check_job(const SlurmJob& job);
 /// `task_seconds` if there are enough frames. If `frame_seconds` is 0, each task has one frame.
 int slurm_tasks(std::size_t frames, double frame_seconds, double task_seconds, int max_tasks);
 
-/// Writes the script of the job array. Task i of n renders every n-th frame from the i-th on, skips
-/// frames that are current, and is requeued if it stops early (exit code 75).
+/// Returns the script of the job array. Task i of n renders every n-th frame from the i-th on,
+/// skips frames that are current, and is requeued if it stops early (exit code 75).
 std::string slurm_render_script(const SlurmJob& job);
-/// Writes the script that checks that every frame is complete, and then makes the contact sheet and
-/// the movie.
+/// Returns the script that checks that every frame is complete, and then makes the contact sheet
+/// and the movie.
 std::string slurm_finish_script(const SlurmJob& job);
 
 /// Runs sbatch and returns the job's number. Errors (kResource): sbatch is missing or fails; the
-/// message includes its output.
+/// message includes the output of sbatch.
 Result<std::string> run_sbatch(const std::vector<std::string>& arguments);
 
 }  // namespace polymorph

@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Formats a pattern in the syntax of parse_pattern().
+/// Formats a pattern so that parse_pattern() reads it: with hashes for digits and "%%" for "%".
 std::string to_text(const FramePattern& pattern) {
   std::string text;
   for (const char c : pattern.before) text += c == '%' ? std::string("%%") : std::string(1, c);
@@ -29,21 +29,23 @@ std::string to_text(const FramePattern& pattern) {
   return text;
 }
 
-/// Costs of the job: measured by a dry run, unless the request gives the seconds per frame.
+/// Costs of the job.
 struct Costs {
-  std::size_t frames = 0;                         ///< frames still to be rendered
-  double frame_seconds = 0, prepare_seconds = 0;  ///< seconds on the task's processors
-  std::uint64_t memory = 0;                       ///< peak bytes; 0: not measured
+  std::size_t frames = 0;  ///< number of frames that are not current
+  /// Time per frame and of the preparation, on the processors of one task; 0: not measured.
+  double frame_seconds = 0, prepare_seconds = 0;
+  std::uint64_t memory = 0;  ///< peak bytes; 0: not measured
 };
 
-/// Counts the frames to render, and measures a frame by a dry run unless its seconds are given.
+/// Counts the frames to render. Measures the time and memory by a dry run, unless the request gives
+/// the seconds per frame.
 Result<Costs> measure_costs(const SlurmRequest& request, const Scene& scene,
                             const FrameFiles& files) {
   SequenceSettings settings;
   const int count = frame_count(scene);
-  PM_TRY(settings.frames, parse_frames_or_all(request.frames, 1, count));
+  PM_TRY(settings.frames, parse_frames_or_all(request.frames, /*first=*/1, count));
   Costs costs;
-  // With a given time per frame, only count the frames that are not current.
+  // If the time per frame is given, only count the frames that are not current.
   if (request.frame_seconds > 0) {
     PM_TRY(ExpectedHashes hashes, expected_hashes(scene, settings.frames));
     hashes.view = request.view;
@@ -64,7 +66,7 @@ Result<Costs> measure_costs(const SlurmRequest& request, const Scene& scene,
   settings.cache_folder = request.cache_folder;
   settings.stop = &stop_requested();
   log_info("measuring frames here; --frame-seconds says their time instead");
-  PM_TRY(const RunReport report, render_sequence(scene, settings, nullptr));
+  PM_TRY(const RunReport report, render_sequence(scene, settings, /*progress=*/nullptr));
   if (report.stopped) return make_error(stop_code(), "stopped - nothing was submitted");
   // Preparation scales with the number of CPUs, and so do frames that are not traced on a GPU.
   const double thread_ratio = static_cast<double>(report.threads) / request.cpus;
@@ -75,7 +77,8 @@ Result<Costs> measure_costs(const SlurmRequest& request, const Scene& scene,
   return costs;
 }
 
-/// Sets the job's tasks, time and memory, with a margin: 3 times the time and 1.5 times the memory.
+/// Sets the job's tasks, time limit and memory. Values that the request does not give get a margin:
+/// 3 times the measured time and 1.5 times the measured memory.
 void size_job(SlurmJob& job, const SlurmRequest& request, const Costs& costs) {
   constexpr double kMebibyte = 1024.0 * 1024.0;
   constexpr int kMinMinutes = 10, kMinMemory = 1024, kMemoryStep = 256;  // memory in MiB

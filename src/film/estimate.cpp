@@ -14,9 +14,9 @@ namespace polymorph {
 namespace {
 
 constexpr int kMaxMeasured = 3;    ///< maximum number of measured frames
-constexpr int kSampleDivisor = 8;  ///< number of all samples per sample of a measured frame
+constexpr int kSampleDivisor = 8;  ///< a measured frame has 1 / kSampleDivisor of the samples
 
-/// Stopwatch whose lap() returns the seconds since its last call.
+/// Stopwatch whose lap() returns the seconds since the call before, or since the construction.
 class Laps {
  public:
   double lap() {
@@ -29,7 +29,7 @@ class Laps {
   double last_ = 0;
 };
 
-/// Adds the cost of fitting the balls that a dry run does not fit.
+/// Adds the objects whose balls a dry run does not fit, and the time that their fits would take.
 void add_fits(const PreparedScene& prepared, FrameEstimate& estimate) {
   // Processor seconds: 64 to 512 balls took 11 to 17 ms each on two processors
   // (docs/performance.md).
@@ -63,7 +63,7 @@ Result<FrameEstimate> estimate_frames(const PreparedScene& prepared, Engine& eng
   if (part) settings.part = {part->first, part->first + measured_samples, part->total};
   const auto count = std::min<std::size_t>(frames.size(), kMaxMeasured);
   for (std::size_t i = 0; i < count; ++i) {
-    // The middle frame of the i-th of `count` equal groups.
+    // Measure the middle frame of the i-th of `count` equal groups.
     settings.frame = frames[(2 * i + 1) * frames.size() / (2 * count)];
     Laps watch;
     PM_TRY(const FrameGeometry geometry, geometry_at(prepared, engine, settings.frame));
@@ -72,7 +72,8 @@ Result<FrameEstimate> estimate_frames(const PreparedScene& prepared, Engine& eng
     estimate.seconds += watch.lap() * samples / measured_samples;
     PM_TRY(const std::string exr, encode_exr(image));
     estimate.seconds += watch.lap();
-    // The file of a part has as many pictures as the part has nodes (render/sample_range.h).
+    // A part's file holds one picture per node of the part (render/sample_range.h). `image` is the
+    // picture of one node.
     const std::size_t nodes = part ? list_nodes(*part).size() : 1;
     estimate.exr_bytes += static_cast<double>(nodes * exr.size());
     if (part) continue;  // a part is never a PNG
@@ -83,11 +84,11 @@ Result<FrameEstimate> estimate_frames(const PreparedScene& prepared, Engine& eng
     estimate.png_bytes += static_cast<double>(picture.size());
   }
   // Turn the sums into means per frame.
-  const auto n = static_cast<double>(count);
+  const auto divisor = static_cast<double>(count);
   estimate.measured = static_cast<int>(count);
-  estimate.seconds /= n;
-  estimate.exr_bytes /= n;
-  estimate.png_bytes /= n;
+  estimate.seconds /= divisor;
+  estimate.exr_bytes /= divisor;
+  estimate.png_bytes /= divisor;
   return estimate;
 }
 

@@ -13,9 +13,9 @@
 
 namespace polymorph {
 
-/// Renders up to three evenly spaced frames with an eighth of the samples, and scales the tracing
-/// time to all samples. If `part` is given, only its first block of samples is rendered. Writes no
-/// files. With image.noise the estimate assumes all samples, though most pixels need fewer. Errors:
+/// Renders up to three evenly spaced frames with an eighth of the samples or, if `part` is given,
+/// with the first block of its samples. Scales the tracing time to all samples. Writes no files.
+/// With image.noise the estimate assumes all samples, though most pixels need fewer. Errors:
 /// kResource, kOutput.
 Result<FrameEstimate> estimate_frames(const PreparedScene& prepared, Engine& engine,
                                       Renderer& renderer, std::span<const int> frames,

@@ -1,4 +1,5 @@
-// Files of a scene's frames: names and settings of EXR and PNG files.
+// Files of a scene's frames: their names, and the settings with which EXR and PNG files are
+// written.
 #pragma once
 
 #include <string>
@@ -9,10 +10,10 @@
 
 namespace polymorph {
 
-/// Chooses the frames' files by `output` (the option -o) or, if that is empty, by the scene's
-/// output.file. `png`: write PNG files besides EXR files; `is_sequence`: file names need a frame
-/// number. Errors: kUsage for an extension that is neither .exr nor .png, or too few digits for the
-/// scene's frames.
+/// Returns the names of the frames' files according to `output` (the option -o) or, if that is
+/// empty, to the scene's output.file. `png`: write PNG files besides EXR files; `is_sequence`: file
+/// names need a frame number. Errors: kUsage for an extension that is neither .exr nor .png, or for
+/// a number with too few digits for the scene's frames.
 Result<FrameFiles> frame_files(const Scene& scene, const std::string& output, bool png,
                                bool is_sequence);
 

@@ -55,14 +55,14 @@ std::vector<PartFile> find_parts(const fs::path& folder) {
   std::error_code error;
   for (fs::directory_iterator entry(folders.front(), error), end; !error && entry != end;
        entry.increment(error)) {
-    std::error_code unknown;
-    if (entry->is_directory(unknown)) folders.push_back(entry->path());
+    std::error_code ignored;
+    if (entry->is_directory(ignored)) folders.push_back(entry->path());
   }
   std::sort(folders.begin() + 1, folders.end());
   std::vector<PartFile> parts;
   for (const fs::path& current : folders)
-    if (auto found = list_parts(current))
-      for (PartFile& part : *found) parts.push_back(std::move(part));
+    if (auto folder_parts = list_parts(current))
+      for (PartFile& part : *folder_parts) parts.push_back(std::move(part));
   return parts;
 }
 

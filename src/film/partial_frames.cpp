@@ -11,7 +11,7 @@ std::vector<PartialFrames> find_partial_frames(const std::filesystem::path& fold
                                                std::span<const int> frames,
                                                std::span<const FileState> states,
                                                const ExpectedHashes& hashes) {
-  // Collect the parts of each frame.
+  // Collect the parts of each frame. PartialFrames::frames stays empty.
   std::map<int, PartialFrames> groups_by_frame;
   for (const PartFile& part : find_parts(folder)) {
     const auto frame_in_list = std::lower_bound(frames.begin(), frames.end(), part.header.frame);
@@ -23,7 +23,7 @@ std::vector<PartialFrames> find_partial_frames(const std::filesystem::path& fold
     group.ranges.push_back(*part.header.part);
     group.folders.insert(part.path.parent_path());
   }
-  // Join the frames whose parts have the same samples.
+  // Group the frames whose parts have the same samples.
   std::map<std::string, PartialFrames> groups;
   for (auto& [frame, frame_group] : groups_by_frame) {
     frame_group.ranges = join_ranges(frame_group.ranges);
@@ -33,7 +33,7 @@ std::vector<PartialFrames> find_partial_frames(const std::filesystem::path& fold
     group.folders.merge(frame_group.folders);
   }
   std::vector<PartialFrames> list;
-  for (auto& [name, group] : groups) list.push_back(std::move(group));
+  for (auto& [samples, group] : groups) list.push_back(std::move(group));
   return list;
 }
 

@@ -1,7 +1,6 @@
 #include "film/render_sequence.h"
 
 #include <algorithm>
-#include <atomic>
 #include <deque>
 #include <fstream>
 #include <optional>
@@ -14,9 +13,7 @@
 #include "base/parallel.h"
 #include "base/plural.h"
 #include "base/stopwatch.h"
-#include "base/text.h"
 #include "base/worker.h"
-#include "compare/explain.h"
 #include "device/device.h"
 #include "film/estimate.h"
 #include "film/frame_files.h"
@@ -62,23 +59,25 @@ bool has_png(const SequenceSettings& settings) {
   return !settings.png.before.empty() || settings.png.has_number();
 }
 
-/// Checks before any work that every file may be written and every folder is writable.
+/// Checks before any work that no file is a folder, that no file exists unless the settings permit
+/// it, and that the folder of the files is writable. Removes old temporary files from that folder.
 Status check_outputs(const SequenceSettings& settings) {
   std::size_t existing = 0;
-  fs::path first;
+  fs::path first_existing;
   for (const int frame : settings.frames) {
     for (const fs::path& file : list_files(settings, frame)) {
       std::error_code error;
       if (fs::is_directory(file, error) && !settings.keep_going) return check_writable(file);
       if (!fs::exists(file, error)) continue;
-      if (existing++ == 0) first = file;
+      if (existing++ == 0) first_existing = file;
     }
   }
   if (existing > 0 && settings.existing == Existing::kRefuse && !settings.dry_run)
     return make_error(ErrorCode::kOutput,
                       "{}: exists{} - add --overwrite to replace, or --skip-existing to resume",
-                      first.string(),
+                      first_existing.string(),
                       existing > 1 ? fmt::format(", and {} more", existing - 1) : "");
+  // Patterns have no number in a folder's name, so all frames have the folder of the first one.
   for (const fs::path& file : list_files(settings, settings.frames.front())) {
     PM_TRY_STATUS(check_writable(file));
     const fs::path folder = file.parent_path();
@@ -93,7 +92,7 @@ Status write_png(const Image& image, const std::filesystem::path& file, PngSetti
   if (!view) return write_image(file, image, png);
   Image shown = image;
   PM_TRY_STATUS(view->apply(shown, png.exposure));
-  png.exposure = 0;
+  png.exposure = 0;  // the view has applied it
   shown.attributes.push_back({kViewAttribute, view_text(settings.view)});
   return write_image(file, shown, png);
 }
@@ -109,9 +108,10 @@ Status write_frame(const Image& image, const SequenceSettings& settings, const S
   return Ok{};
 }
 
-/// Checks that all meshes of sequences that the frames show can be shown. Errors: kInput.
+/// Checks that the files of mesh sequences that the frames show have no problem. Errors (kInput):
+/// the message lists up to 20 problems.
 Status check_meshes(const PreparedScene& prepared, const std::vector<int>& frames) {
-  constexpr std::size_t kMaxNamed = 20;
+  constexpr std::size_t kMaxNamedProblems = 20;
   std::vector<std::string> problems;
   const auto add_problem = [&](const MeshSequence* sequence, int mesh) {
     if (!sequence || mesh < 0) return;
@@ -121,28 +121,30 @@ Status check_meshes(const PreparedScene& prepared, const std::vector<int>& frame
   };
   for (const int frame : frames)
     for (const PreparedActor& actor : prepared.actors) {
-      const MorphState moment = morph_state_at(actor.timeline, shown_frame(prepared.scene, frame));
-      add_problem(actor.sequence.get(), moment.mesh);
+      const MorphState state = morph_state_at(actor.timeline, shown_frame(prepared.scene, frame));
+      add_problem(actor.sequence.get(), state.mesh);
       if (!actor.poses) continue;
-      if (shows_source(moment)) add_problem(moving_sequence(actor, moment.leg), moment.mesh);
-      if (shows_target(moment)) add_problem(moving_sequence(actor, moment.leg + 1), moment.to_mesh);
+      if (shows_source(state)) add_problem(moving_sequence(actor, state.leg), state.mesh);
+      if (shows_target(state)) add_problem(moving_sequence(actor, state.leg + 1), state.to_mesh);
     }
   if (problems.empty()) return Ok{};
   const std::size_t count = problems.size();
-  if (count > kMaxNamed) problems.resize(kMaxNamed);
-  return make_error(ErrorCode::kInput, "{}{}\n--keep-going renders the other frames",
-                    fmt::join(problems, "\n"),
-                    count > kMaxNamed ? fmt::format("\n... and {} more", count - kMaxNamed) : "");
+  if (count > kMaxNamedProblems) problems.resize(kMaxNamedProblems);
+  return make_error(
+      ErrorCode::kInput, "{}{}\n--keep-going renders the other frames", fmt::join(problems, "\n"),
+      count > kMaxNamedProblems ? fmt::format("\n... and {} more", count - kMaxNamedProblems) : "");
 }
 
-/// The loop over the frames and its state. Frames are traced by tracers and written by writers,
-/// which are threads, so that several frames are in progress.
+/// A run of render_sequence(). Tracers and writers are threads, so that several frames are in
+/// progress: each frame is started (start_frame()), traced (begin_tracing(), finish_tracing()) and
+/// written (begin_writing(), finish_writing()). Frames finish in the order of settings.frames.
 class SequenceRun {
  public:
   SequenceRun(const SequenceSettings& settings, const ProgressCallback& progress)
       : settings_(settings), progress_(progress) {}
 
   Result<RunReport> run(const Scene& scene) {
+    // Check outputs, devices and memory before any work.
     const Stopwatch stopwatch;
     report_.threads = thread_count();
     PM_TRY_STATUS(check_outputs(settings_));
@@ -156,6 +158,7 @@ class SequenceRun {
     if (has_png(settings_) && !settings_.view.empty()) {
       PM_TRY(view_, ViewTransform::open(settings_.view));
     }
+    // Prepare the scene while the tracers open.
     begin_opening(devices);
     PM_TRY(prepared_, prepare_scene(scene, *engine_, settings_.cache_folder,
                                     {settings_.max_memory, picture_count},
@@ -177,8 +180,9 @@ class SequenceRun {
     report_.scene_hash = prepared_.hashes.scene;
     report_.provenance = make_provenance(scene, prepared_.inputs);
     if (!has_exr(settings_)) prepared_.scene.image.aovs = "none";  // PNG has no layers
+    // Render the frames.
     report_.frames.resize(settings_.frames.size());
-    const Stopwatch frames;
+    const Stopwatch frames_stopwatch;
     Status status = Ok{};
     try {
       status = start_frames();
@@ -190,6 +194,7 @@ class SequenceRun {
     }
     if (!status && !settings_.keep_going) return std::move(status).error();
     std::erase_if(report_.frames, [](const FrameRecord& record) { return record.frame == 0; });
+    // After a dry run, estimate the cost of the frames that are not current.
     if (settings_.dry_run) {
       std::vector<int> planned;
       for (const FrameRecord& record : report_.frames)
@@ -198,7 +203,7 @@ class SequenceRun {
       PM_TRY(report_.estimate,
              estimate_frames(prepared_, *engine_, renderer, planned, settings_.part));
     }
-    report_.frames_seconds = frames.seconds();
+    report_.frames_seconds = frames_stopwatch.seconds();
     report_.peak_memory = peak_memory_bytes();
     report_.total_seconds = stopwatch.seconds();
     return std::move(report_);
@@ -208,35 +213,39 @@ class SequenceRun {
   /// A thread that makes surfaces and traces frames.
   struct Tracer {
     std::optional<Renderer> renderer;  ///< set once the tracer is open
-    std::string device;
-    std::unique_ptr<Engine> engine;  ///< engine of its GPU; null: engine_ makes surfaces
-    std::future<Status> opened;
-    Worker worker;  // destroyed first: its tasks use the members above
+    std::string device;                ///< device that traces, "cpu" or "cuda:N"
+    std::unique_ptr<Engine> engine;  ///< engine of its GPU; null: start_frame() makes the surfaces
+    std::future<Status> opened;      ///< result of opening the tracer
+    Worker worker;                   // destroyed first: its tasks use the members above
   };
   /// The surfaces of a frame and their measures for the report.
   struct Surfaces {
     FrameGeometry geometry;
     std::size_t balls = 0, vertices = 0, triangles = 0;
     std::string digest;
-    double seconds = 0;
+    double seconds = 0;  ///< time of making the surfaces
   };
+  /// Result of tracing a frame.
   struct Traced {
     Result<Image> image;
-    double seconds = 0;
-    Surfaces surfaces;  ///< without the geometry
+    double seconds = 0;  ///< time of tracing
+    Surfaces surfaces;   ///< without the geometry
   };
   /// A frame that is being traced.
   struct Tracing {
-    std::vector<std::size_t> indices;  ///< the frame and the next ones with identical pixels
-    std::string picture;               ///< picture_key()
+    /// Indices (in settings_.frames) of the frame and of the next frames with identical pixels.
+    std::vector<std::size_t> indices;
+    std::string key;  ///< picture_key()
     std::future<Traced> result;
   };
+  /// Result of writing a frame.
   struct Written {
     Status status;
     double seconds = 0;
   };
 
-  /// Sets jobs_, with fewer jobs if memory is short.
+  /// Sets jobs_ to the number in the settings or, if that is 0, to as many as suit the device and
+  /// the memory limit. Every GPU gets at least one job.
   void choose_jobs(const ImageSettings& image, int devices) {
     jobs_ = settings_.jobs;
     if (jobs_ == 0) {
@@ -250,8 +259,9 @@ class SequenceRun {
     jobs_ = std::min(jobs_, std::max(1, static_cast<int>(settings_.frames.size())));
   }
 
-  /// Returns the maximum number of frames that are given to tracers at once. Frames finish in
-  /// order, so a GPU whose frame is done early would wait for slower ones without a second frame.
+  /// Returns the maximum number of frames that are given to tracers at once. On GPUs it is 1.5
+  /// jobs_, rounded up: frames finish in order, so a GPU that is done early needs a second frame to
+  /// work on while slower GPUs finish theirs.
   std::size_t frames_at_once() const {
     const auto jobs = static_cast<std::size_t>(jobs_);
     return report_.device == "cpu" ? jobs : jobs + (jobs + 1) / 2;
@@ -262,8 +272,8 @@ class SequenceRun {
     return std::min(settings_.frames.size(), frames_at_once() + static_cast<std::size_t>(jobs_));
   }
 
-  /// Starts to open the tracers in their threads, beside the preparation of the scene: a GPU takes
-  /// some tenths of a second to be ready, and several take them one after another.
+  /// Starts to open the tracers in their threads, so that they open while the scene is prepared: a
+  /// GPU takes some tenths of a second to be ready, and several GPUs get ready one after another.
   void begin_opening(const std::vector<std::string>& devices) {
     for (int i = 0; i < jobs_; ++i) {
       tracers_.push_back(std::make_unique<Tracer>());
@@ -292,6 +302,7 @@ class SequenceRun {
     return Ok{};
   }
 
+  /// Starts all frames, until the caller stops the run. Errors: the first one, unless keep_going.
   Status start_frames() {
     for (std::size_t i = 0; i < settings_.frames.size(); ++i) {
       if (settings_.stop && *settings_.stop) {
@@ -305,7 +316,8 @@ class SequenceRun {
   }
 
   /// Starts a frame while earlier ones are traced, encoded and written. Makes the frame's surfaces
-  /// first, unless the tracers have engines of their own.
+  /// first, unless the tracers have engines of their own. A frame that is skipped or has failed is
+  /// recorded only after finish_all(), so that frames finish in order.
   Status start_frame(std::size_t index) {
     FrameRecord& record = report_.frames[index];
     record.frame = settings_.frames[index];
@@ -322,11 +334,13 @@ class SequenceRun {
         return record_failure(record, check.error());
       }
     if (settings_.dry_run) return record_finish(record);
-    std::string picture = picture_key(prepared_, record.frame);
-    if (!picture.empty() && !tracing_.empty() && tracing_.back().picture == picture) {
+    // A frame with the pixels of the frame before is not traced again.
+    std::string key = picture_key(prepared_, record.frame);
+    if (!key.empty() && !tracing_.empty() && tracing_.back().key == key) {
       tracing_.back().indices.push_back(index);
       return Ok{};
     }
+    // Make the surfaces, and give them to a tracer as soon as it may take another frame.
     std::optional<Surfaces> surfaces;
     if (!tracers_.front()->engine) {
       auto result = make_surfaces(record.frame, *engine_);
@@ -338,10 +352,11 @@ class SequenceRun {
     }
     Status status = Ok{};
     if (tracing_.size() == frames_at_once()) status = finish_tracing();
-    begin_tracing(index, std::move(picture), std::move(surfaces));
+    begin_tracing(index, std::move(key), std::move(surfaces));
     return status;
   }
 
+  /// Makes the surfaces of a frame and measures them.
   Result<Surfaces> make_surfaces(int frame, Engine& engine) const {
     const Stopwatch stopwatch;
     Surfaces surfaces;
@@ -356,41 +371,41 @@ class SequenceRun {
   }
 
   /// Traces a frame on the next tracer, which also makes its surfaces unless they are given.
-  void begin_tracing(std::size_t index, std::string picture, std::optional<Surfaces> surfaces) {
+  void begin_tracing(std::size_t index, std::string key, std::optional<Surfaces> surfaces) {
     Tracer* tracer = tracers_[started_count_++ % tracers_.size()].get();
     const int frame = report_.frames[index].frame;
     auto task = [this, tracer, frame, surfaces = std::move(surfaces)]() mutable -> Traced {
       if (!surfaces) {
         auto result = make_surfaces(frame, *tracer->engine);
-        if (!result) return {result.error(), 0, {}};
+        if (!result) return {result.error(), /*seconds=*/0, /*surfaces=*/{}};
         surfaces = std::move(*result);
       }
       const Stopwatch stopwatch;
       auto image =
           render_samples(prepared_, {surfaces->geometry, settings_.part}, *tracer->renderer,
                          {report_.isa, tracer->device, settings_.command});
-      surfaces->geometry = {};
+      surfaces->geometry = {};  // no longer needed: frees its memory
       return {std::move(image), stopwatch.seconds(), std::move(*surfaces)};
     };
-    tracing_.push_back({{index}, std::move(picture), tracer->worker.run(std::move(task))});
+    tracing_.push_back({{index}, std::move(key), tracer->worker.run(std::move(task))});
   }
 
-  /// Waits for the frame that was started first, and starts to write it and the frames with
-  /// identical pixels. Returns the first error.
+  /// Waits until the oldest frame is traced, and starts to write it and the frames with identical
+  /// pixels. Returns the first error.
   Status finish_tracing() {
     Tracing tracing = std::move(tracing_.front());
     Traced traced = tracing.result.get();
     tracing_.pop_front();
     if (!traced.image) {
-      Status first = Ok{};
+      Status first_error = Ok{};
       for (const std::size_t index : tracing.indices) {
         Status status = record_failure(report_.frames[index], traced.image.error());
-        if (first) first = std::move(status);
+        if (first_error) first_error = std::move(status);
       }
-      return first;
+      return first_error;
     }
     const auto image = std::make_shared<const Image>(std::move(*traced.image));
-    Status result = Ok{};
+    Status first_error = Ok{};
     for (const std::size_t index : tracing.indices) {
       FrameRecord& record = report_.frames[index];
       if (index == tracing.indices.front()) {
@@ -405,9 +420,9 @@ class SequenceRun {
         copy_measures(report_.frames[tracing.indices.front()], record);
       }
       Status status = begin_writing(index, image, index != tracing.indices.front());
-      if (result) result = std::move(status);
+      if (first_error) first_error = std::move(status);
     }
-    return result;
+    return first_error;
   }
 
   /// Copies the measures of the traced frame to one with identical pixels.
@@ -418,12 +433,12 @@ class SequenceRun {
     record.digest = traced.digest;
   }
 
-  /// Starts to write a frame, after one that is being written is finished if all writers are busy.
-  /// `is_repeat`: the image is that of another frame and needs a header of its own.
+  /// Starts to write a frame. If all writers are busy, first finishes the oldest write, and returns
+  /// its status. `is_repeat`: the image was traced for another frame and needs a new header.
   Status begin_writing(std::size_t index, const std::shared_ptr<const Image>& image,
                        bool is_repeat) {
-    Status earlier = Ok{};
-    if (writing_.size() == static_cast<std::size_t>(jobs_)) earlier = finish_writing();
+    Status oldest = Ok{};
+    if (writing_.size() == static_cast<std::size_t>(jobs_)) oldest = finish_writing();
     const int frame = report_.frames[index].frame;
     auto task = [this, frame, image, is_repeat]() -> Written {
       const Stopwatch stopwatch;
@@ -439,9 +454,10 @@ class SequenceRun {
     // Writers are used in turn and the oldest write is finished first, so the next writer is free.
     std::rotate(writers_.begin(), writers_.begin() + 1, writers_.end());
     writing_.emplace_back(index, writers_.back()->run(std::move(task)));
-    return earlier;
+    return oldest;
   }
 
+  /// Waits until the oldest write is done, and records its frame.
   Status finish_writing() {
     FrameRecord& record = report_.frames[writing_.front().first];
     const Written written = writing_.front().second.get();
@@ -454,16 +470,17 @@ class SequenceRun {
 
   /// Finishes all frames in progress. Returns the first error, unless keep_going.
   Status finish_all() {
-    Status first = Ok{};
-    const auto keep = [&](Status status) {
-      if (first && !status) first = std::move(status);
+    Status first_error = Ok{};
+    const auto note = [&](Status status) {
+      if (first_error && !status) first_error = std::move(status);
     };
-    while (!tracing_.empty()) keep(finish_tracing());
-    while (!writing_.empty()) keep(finish_writing());
-    return settings_.keep_going ? Status(Ok{}) : first;
+    while (!tracing_.empty()) note(finish_tracing());
+    while (!writing_.empty()) note(finish_writing());
+    return settings_.keep_going ? Status(Ok{}) : first_error;
   }
 
-  /// Waits until nothing is in progress and drops the frames that are not finished.
+  /// After an Interrupted exception, waits until nothing is in progress and drops the frames that
+  /// are not finished. A future whose get() has thrown the exception is no longer valid().
   void abandon_frames() {
     for (Tracing& tracing : tracing_)
       if (tracing.result.valid()) tracing.result.wait();
@@ -474,6 +491,7 @@ class SequenceRun {
       try {
         if (result.get().status) report_.frames[index].state = FrameRecord::State::kDone;
       } catch (const Interrupted&) {
+        // This write was interrupted, too: its frame stays kPlanned.
       }
     }
     report_.stopped = true;
@@ -490,7 +508,7 @@ class SequenceRun {
       std::error_code error;
       if (!fs::exists(file, error)) return false;
       if (file_state(file, expected) == FileState::kCurrent) continue;
-      if (!check_no_samples_lost(record)) return false;
+      if (!check_no_samples_lost(record)) return false;  // start_frame() reports this
       log_info("{}: is of another scene or settings - {}", file.string(),
                settings_.dry_run ? "it would be rendered again" : "rendering it again");
       return false;
@@ -498,11 +516,11 @@ class SequenceRun {
     return true;
   }
 
-  /// Checks that no file of the frame has samples of the same picture that this run does not
-  /// render. Errors: kOutput.
+  /// Checks that no EXR of the frame would be replaced that has other samples of the same picture
+  /// than this run renders. Errors: kOutput.
   Status check_no_samples_lost(const FrameRecord& record) const {
     const std::string hash = frame_hash(prepared_.scene, prepared_.hashes, record.frame);
-    const auto name = [](const std::optional<SampleRange>& part) {
+    const auto describe = [](const std::optional<SampleRange>& part) {
       return part ? "samples " + format_sample_range(*part) : std::string("all samples");
     };
     for (const fs::path& file : record.files) {
@@ -510,15 +528,16 @@ class SequenceRun {
       if (file.extension() != ".exr" || !fs::exists(file, error)) continue;
       const auto header = read_frame_header(file);
       if (!header || header->identity != hash || header->frame != record.frame) continue;
-      if (name(header->part) == name(settings_.part)) continue;
+      if (describe(header->part) == describe(settings_.part)) continue;
       return make_error(ErrorCode::kOutput,
                         "{}: has {} of this frame, which would be lost - write to another name, or "
                         "add --overwrite",
-                        file.string(), name(header->part));
+                        file.string(), describe(header->part));
     }
     return Ok{};
   }
 
+  /// Records and reports a frame that has failed. Returns its error.
   Status record_failure(FrameRecord& record, const Error& error) {
     record.state = FrameRecord::State::kFailed;
     record.error = error.message;
@@ -528,6 +547,7 @@ class SequenceRun {
     return error;
   }
 
+  /// Reports a frame that is written, skipped or, in a dry run, planned.
   Status record_finish(const FrameRecord& record) {
     ++finished_;
     if (progress_) progress_(finished_, report_.frames.size(), record);
@@ -540,12 +560,13 @@ class SequenceRun {
   PreparedScene prepared_;
   std::optional<ViewTransform> view_;  ///< view of PNG files
   RunReport report_;
-  std::size_t finished_ = 0;
-  int jobs_ = 1;
+  std::size_t finished_ = 0;       ///< number of finished frames, for progress_
+  int jobs_ = 1;                   ///< number of tracers and of writers
   std::size_t started_count_ = 0;  ///< number of frames given to tracers, which take turns
-  std::deque<Tracing> tracing_;
+  std::deque<Tracing> tracing_;    ///< oldest first
+  /// Frames that are being written, oldest first: index in settings_.frames, and the result.
   std::deque<std::pair<std::size_t, std::future<Written>>> writing_;
-  // Their tasks borrow the members above, so they are destroyed first.
+  // The tasks of tracers and writers use the members above, so these threads are destroyed first.
   std::vector<std::unique_ptr<Tracer>> tracers_;
   std::vector<std::unique_ptr<Worker>> writers_;
 };
@@ -559,7 +580,9 @@ int jobs_for_devices(int devices) {
 }
 
 int jobs_for(int width, int height, std::size_t frames) {
-  constexpr int kTile = 16;  // pixels along a tile's edge
+  constexpr int kTile = 16;  // pixels along a tile's edge (render/film/convergence.h)
+  // Choose so many jobs that their frames have 64 tiles per thread, but at most one job per thread
+  // and per frame.
   constexpr int kTilesPerThread = 64, kMaxJobs = 16;
   const int tiles = ((width + kTile - 1) / kTile) * ((height + kTile - 1) / kTile);
   const int jobs = (kTilesPerThread * thread_count() + tiles - 1) / tiles;
@@ -569,8 +592,8 @@ int jobs_for(int width, int height, std::size_t frames) {
 }
 
 Status check_part(const Scene& scene, const FrameFiles& files) {
-  const auto refuse = [](const char* why) {
-    return make_error(ErrorCode::kUsage, "--samples: {}", why);
+  const auto refuse = [](const char* reason) {
+    return make_error(ErrorCode::kUsage, "--samples: {}", reason);
   };
   if (scene.image.noise > 0)
     return refuse(

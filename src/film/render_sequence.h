@@ -26,7 +26,7 @@ enum class Existing { kRefuse, kSkip, kOverwrite };
 
 /// Settings of render_sequence().
 struct SequenceSettings {
-  std::vector<int> frames;          ///< frame numbers in rendering order
+  std::vector<int> frames;          ///< frame numbers in rendering order; not empty
   FramePattern exr;                 ///< empty: no EXR files
   FramePattern png;                 ///< empty: no PNG files
   DisplayView view;                 ///< view of PNG files
@@ -55,12 +55,13 @@ int jobs_for_devices(int devices);
 /// every thread has enough tiles.
 int jobs_for(int width, int height, std::size_t frames);
 
-/// Callback after each frame, with the number of finished frames, the number of all, and the last.
+/// Callback after each frame. `done`: number of frames that are finished (rendered, skipped or
+/// failed), of `total`; `last`: the frame that was just finished.
 using ProgressCallback =
     std::function<void(std::size_t done, std::size_t total, const FrameRecord& last)>;
 
-/// Checks that parts of the scene's pictures can be rendered and merged into these files. Errors:
-/// kUsage for adaptive sampling, denoising and PNG.
+/// Checks that parts of the scene's pictures can be rendered to these files. Errors: kUsage if the
+/// scene uses adaptive sampling or denoising, or if a file is a PNG.
 Status check_part(const Scene& scene, const FrameFiles& files);
 
 /// Renders the frames, or a part of each. Consecutive frames with bit-identical pixels

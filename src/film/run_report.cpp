@@ -40,21 +40,23 @@ JsonValue to_json(const RunReport& report) {
                  {"peak_memory_bytes", report.peak_memory},
                  {"stopped", report.stopped}};
   json["frames"] = JsonValue::array();
-  for (const FrameRecord& r : report.frames) {
+  for (const FrameRecord& record : report.frames) {
     JsonValue files = JsonValue::array();
-    for (const std::filesystem::path& file : r.files) files.push_back(file.string());
-    JsonValue frame{
-        {"frame", r.frame}, {"state", state_name(r.state)}, {"stage", r.stage}, {"files", files}};
-    if (r.state == FrameRecord::State::kDone)
-      frame.update({{"seconds", r.seconds},
-                    {"surface_seconds", r.surface_seconds},
-                    {"trace_seconds", r.trace_seconds},
-                    {"write_seconds", r.write_seconds},
-                    {"balls", r.balls},
-                    {"vertices", r.vertices},
-                    {"triangles", r.triangles},
-                    {"digest", r.digest}});
-    if (!r.error.empty()) frame["error"] = r.error;
+    for (const std::filesystem::path& file : record.files) files.push_back(file.string());
+    JsonValue frame{{"frame", record.frame},
+                    {"state", state_name(record.state)},
+                    {"stage", record.stage},
+                    {"files", files}};
+    if (record.state == FrameRecord::State::kDone)
+      frame.update({{"seconds", record.seconds},
+                    {"surface_seconds", record.surface_seconds},
+                    {"trace_seconds", record.trace_seconds},
+                    {"write_seconds", record.write_seconds},
+                    {"balls", record.balls},
+                    {"vertices", record.vertices},
+                    {"triangles", record.triangles},
+                    {"digest", record.digest}});
+    if (!record.error.empty()) frame["error"] = record.error;
     json["frames"].push_back(frame);
   }
   if (report.estimate)

@@ -16,17 +16,20 @@
 namespace polymorph {
 namespace {
 
-/// Reads the bits per channel from a PNG's header; 0: the file is no PNG.
+/// Reads the bits per channel from a PNG's header. Returns 0 if the file is no PNG.
 int read_png_bits(const std::filesystem::path& file) {
   constexpr std::string_view kSignature = "\x89PNG\r\n\x1a\n";
-  constexpr std::size_t kBits = 24;  // after signature, length, type, width and height
+  // Byte of the bit depth, after signature (8 bytes), length, type, width and height (4 each).
+  constexpr std::size_t kBits = 24;
   std::array<char, kBits + 1> head{};
   std::ifstream in(file, std::ios::binary);
   in.read(head.data(), head.size());
   return std::string_view(head.data(), head.size()).starts_with(kSignature) ? head[kBits] : 0;
 }
 
-/// Tests whether an EXR has the colour space and multipart layout of `expected.output`.
+/// Tests whether an EXR has the colour space and multipart layout of `expected.output`. A file with
+/// some of the samples has both as attributes (merged_exr_settings()). Any other picture is
+/// multipart only if it has layers.
 bool has_output_settings(const Image& image, const ExpectedFrame& expected) {
   const ColorSpace space = expected.output.color_space;
   if (expected.part) {
@@ -37,11 +40,11 @@ bool has_output_settings(const Image& image, const ExpectedFrame& expected) {
       std::any_of(image.channels.begin(), image.channels.end(), [](const std::string& name) {
         return name != "R" && name != "G" && name != "B" && name != "A";
       });
-  const bool has_parts = std::any_of(
+  const bool is_multipart = std::any_of(
       image.attributes.begin(), image.attributes.end(),
       [](const Attribute& attribute) { return attribute.name.starts_with(kPartAttribute); });
   return color_space_name(image) == color_space_label(space).interop_id &&
-         has_parts == (expected.output.multipart && has_layers);
+         is_multipart == (expected.output.multipart && has_layers);
 }
 
 }  // namespace
@@ -63,10 +66,11 @@ Result<ExpectedHashes> expected_hashes(const Scene& scene, std::span<const int> 
   PM_TRY(const std::shared_ptr<const Image> environment, load_environment(scene));
   const SequenceHashes hashes = hash_sequence(
       {scene, chain, loaded.models, environment.get(), loaded.placings, loaded.sequences});
-  ExpectedHashes expected{hashes.scene, std::vector<std::string>(frames.size()), scene.output, {}};
+  ExpectedHashes expected{hashes.scene, std::vector<std::string>(frames.size()), scene.output,
+                          /*view=*/{}};
   parallel_for(static_cast<std::int64_t>(frames.size()), [&](std::int64_t i) {
-    const auto at = static_cast<std::size_t>(i);
-    expected.frames[at] = frame_hash(scene, hashes, frames[at]);
+    const auto index = static_cast<std::size_t>(i);
+    expected.frames[index] = frame_hash(scene, hashes, frames[index]);
   });
   return expected;
 }
@@ -96,15 +100,15 @@ FileState file_state(const std::filesystem::path& file, const ExpectedFrame& exp
 
 std::vector<FileState> frame_states(const FrameFiles& files, std::span<const int> frames,
                                     const ExpectedHashes& expected) {
-  std::vector<FileState> states(frames.size());
+  std::vector<FileState> states(frames.size());  // all kCurrent, the first enumerator
   parallel_for(static_cast<std::int64_t>(frames.size()), [&](std::int64_t i) {
-    const auto at = static_cast<std::size_t>(i);
+    const auto index = static_cast<std::size_t>(i);
     for (const FramePattern* pattern : {&files.exr, &files.png}) {
       if (pattern->before.empty() && !pattern->has_number()) continue;
       const FileState state = file_state(
-          frame_path(*pattern, frames[at]),
-          {expected.frames[at], frames[at], expected.output, expected.view, std::nullopt});
-      if (state != FileState::kCurrent) states[at] = state;
+          frame_path(*pattern, frames[index]),
+          {expected.frames[index], frames[index], expected.output, expected.view, std::nullopt});
+      if (state != FileState::kCurrent) states[index] = state;
     }
   });
   return states;

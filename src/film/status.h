@@ -19,18 +19,18 @@ namespace polymorph {
 
 /// State of a frame's file.
 enum class FileState {
-  kCurrent,     ///< current: its header names this frame of this scene
+  kCurrent,     ///< its header has the frame's number, hash and settings
   kMissing,     ///< there is no such file
   kStale,       ///< made from another scene, with other settings or by another build
   kUnreadable,  ///< no complete image
-  kPart,        ///< has only some of the frame's samples, or other samples than expected
+  kPart,        ///< has some of the frame's samples, but not those that are expected
 };
 
 /// Hashes all inputs of the scene's frames except the program: content_hash()
-/// (assets/content_hash.h) without it. Reads the scene's files. Errors: kInput.
+/// (assets/content_hash.h) with an empty `program`. Reads the scene's files. Errors: kInput.
 Result<std::string> source_hash(const Scene& scene);
 
-/// Hashes and settings that the files of frames must have.
+/// Hashes and settings that make the files of the requested frames current.
 struct ExpectedHashes {
   std::string scene;                ///< SequenceHashes::scene
   std::vector<std::string> frames;  ///< frame_hash() of each requested frame
@@ -40,7 +40,7 @@ struct ExpectedHashes {
 /// Computes the hashes of `frames`. Errors: as source_hash().
 Result<ExpectedHashes> expected_hashes(const Scene& scene, std::span<const int> frames);
 
-/// Properties of a file that is current.
+/// Properties that make the file of one frame current.
 struct ExpectedFrame {
   std::string hash;  ///< frame_hash()
   int frame = 0;

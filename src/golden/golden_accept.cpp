@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using Files = std::map<std::string, std::string>;  ///< contents by path in the report
 
-/// Tests whether the last components of a path are `name`.
+/// Tests whether the last components of a path are those of `name`.
 bool ends_in_path(const std::string& path, const std::string& name) {
   return path == name || path.ends_with("/" + name);
 }
@@ -31,13 +31,14 @@ struct FailedFrame {
   std::string sha256;  ///< hash of its file
 };
 
+/// The contents of a report.json that accept_report() uses.
 struct ParsedReport {
-  std::string program;                                     ///< program_identity() of its program
-  std::map<std::string, std::string> suite_hashes;         ///< suite_hash() by suite
-  std::map<std::string, std::vector<FailedFrame>> failed;  ///< frames by suite
+  std::string program;  ///< program_identity() of the build that made it
+  std::map<std::string, std::string> suite_hashes;         ///< suite_hash() by the suite's name
+  std::map<std::string, std::vector<FailedFrame>> failed;  ///< failed frames by the suite's name
 };
 
-/// Parses the text of a report.json. `report` names it in messages.
+/// Parses the text of a report.json. Messages name `report`. Errors: kInput.
 Result<ParsedReport> parse_report(const fs::path& report, const std::string& text) {
   const auto document = parse_json("report.json", text);
   const auto refuse = [&](const std::string& why) {
@@ -54,7 +55,7 @@ Result<ParsedReport> parse_report(const fs::path& report, const std::string& tex
   for (const JsonMember& suite : json.get("suites").members)
     parsed.suite_hashes[suite.key] = suite.value.string;
   for (const JsonValue& golden_case : json.get("cases").items) {
-    // A failed case without this hash has no file to accept.
+    // A failed case without file_sha256 has no file to accept.
     if (golden_case.get("passed").boolean || !golden_case.contains("file_sha256")) continue;
     const JsonValue& surface = golden_case.get("surface");
     if (!golden_case.get("frame").integral || !surface.get("vertices").integral ||
@@ -71,7 +72,8 @@ Result<ParsedReport> parse_report(const fs::path& report, const std::string& tex
   return parsed;
 }
 
-/// Returns the text of the report.json with the shortest path.
+/// Returns the text of the report.json with the shortest path, which is in the outermost folder.
+/// Errors: kInput if there is none.
 Result<std::string> find_report_json(const fs::path& report, const Files& files) {
   const std::string* report_text = nullptr;
   std::size_t shortest_path = 0;
@@ -87,7 +89,8 @@ Result<std::string> find_report_json(const fs::path& report, const Files& files)
   return *report_text;
 }
 
-/// Finds the file of a failed frame, checks it, and returns it as a golden.
+/// Finds the file of a failed frame, checks its hash and pixels, and returns it as a golden.
+/// Errors: kInput.
 Result<NewGolden> read_golden(const fs::path& report, const Files& files, const GoldenSuite& suite,
                               const FailedFrame& failed) {
   const std::string path =
@@ -112,7 +115,8 @@ Result<NewGolden> read_golden(const fs::path& report, const Files& files, const 
   return NewGolden{failed.surface, bytes};
 }
 
-/// Checks that this program made the report (unless `any_program`) from the suite's present scene.
+/// Checks that this build made the report (unless `any_program`), from the files of the suite's
+/// scene as they are now. Errors: kInput.
 Status check_origin(const fs::path& report, const ParsedReport& parsed, const GoldenSuite& suite,
                     bool any_program) {
   if (!any_program && parsed.program != program_identity())
@@ -157,7 +161,8 @@ Result<std::vector<fs::path>> accept_report(const fs::path& report,
     PM_TRY_STATUS(check_origin(report, parsed, suite, settings.any_program));
     std::vector<int> frames;
     if (!settings.frames.empty()) {
-      PM_TRY(frames, parse_frames(settings.frames, 0, 9999999));
+      // The suite's own frames are checked below. The limits admit all of them.
+      PM_TRY(frames, parse_frames(settings.frames, /*first=*/0, /*last=*/9999999));
     }
     std::vector<NewGolden> goldens;
     for (const FailedFrame& failed : failed_frames) {

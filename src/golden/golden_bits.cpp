@@ -33,15 +33,15 @@ class ThreadCount {
 struct Variant {
   const char* name;
   int threads = 0;           ///< 0: unchanged
-  int shards = 1;            ///< number of runs, each of one shard of the frames
+  int shards = 1;            ///< number of runs, each of which renders one shard of the frames
   bool interrupted = false;  ///< stopped after the first frame, then resumed
-  bool cached = false;       ///< uses a cache, which all such variants share
+  bool cached = false;       ///< uses the cache that all such variants share
   bool last_alone = false;   ///< renders only the last frame
 };
 
 /// The variant that all others are compared with.
 constexpr Variant kBase{.name = "base"};
-/// Variants in the order in which they run: the first one with a cache fills it.
+/// The other variants, in the order in which they run: the first one with `cached` fills the cache.
 constexpr Variant kVariants[] = {{.name = "again"},
                                  {.name = "1 thread", .threads = 1},
                                  {.name = "3 threads", .threads = 3},
@@ -60,7 +60,7 @@ struct BitTest {
 };
 
 /// Returns the pattern FOLDER/frame.####.exr.
-FramePattern frames_in(const fs::path& folder) {
+FramePattern frame_pattern(const fs::path& folder) {
   FramePattern pattern;
   pattern.before = (folder / "frame.").string();
   pattern.after = ".exr";
@@ -68,12 +68,12 @@ FramePattern frames_in(const fs::path& folder) {
   return pattern;
 }
 
-/// Makes the settings of a variant, all shards together.
+/// Makes the settings of a variant, with the frames of all shards.
 SequenceSettings sequence_settings(const BitTest& test, const Variant& variant) {
   SequenceSettings settings;
   settings.frames = test.suite.frames;
   if (variant.last_alone) settings.frames = {test.suite.frames.back()};
-  settings.exr = frames_in(test.folder / variant.name);
+  settings.exr = frame_pattern(test.folder / variant.name);
   settings.device = test.settings.device;
   if (variant.cached) settings.cache_folder = test.folder / "cache";
   return settings;
@@ -82,7 +82,7 @@ SequenceSettings sequence_settings(const BitTest& test, const Variant& variant) 
 /// Number and surface digest of each rendered frame, sorted by number.
 using Digests = std::vector<std::pair<int, std::string>>;
 
-/// Renders the frames in the way of this variant. Returns the digests of their surfaces.
+/// Renders the frames as the variant says. Returns the digests of their surfaces.
 Result<Digests> render(const BitTest& test, const Variant& variant) {
   const ThreadCount threads(variant.threads);
   Digests digests;
@@ -103,12 +103,12 @@ Result<Digests> render(const BitTest& test, const Variant& variant) {
         run(settings, [&](std::size_t, std::size_t, const FrameRecord&) { stop = true; }));
     settings.stop = nullptr;
     settings.existing = Existing::kSkip;
-    PM_TRY_STATUS(run(settings, {}));
+    PM_TRY_STATUS(run(settings, /*progress=*/{}));
   } else {
     for (int shard = 1; shard <= variant.shards; ++shard) {
       SequenceSettings shard_settings = settings;
       shard_settings.frames = take_shard(settings.frames, {shard, variant.shards});
-      if (!shard_settings.frames.empty()) PM_TRY_STATUS(run(shard_settings, {}));
+      if (!shard_settings.frames.empty()) PM_TRY_STATUS(run(shard_settings, /*progress=*/{}));
     }
   }
   std::sort(digests.begin(), digests.end());
@@ -118,7 +118,8 @@ Result<Digests> render(const BitTest& test, const Variant& variant) {
   return digests;
 }
 
-/// Describes a frame that differs from the base in the case of the report.
+/// Adds the description of a frame that differs from the base to `result`, with pictures if the
+/// settings have a budget for them.
 Status add_difference(const BitTest& test, int frame, const Image& actual, const Image& base,
                       bool surfaces_equal, ReportCase& result) {
   result.tolerance = zero_tolerance();
@@ -131,20 +132,20 @@ Status add_difference(const BitTest& test, int frame, const Image& actual, const
   return add_pictures(result, actual, &base, maps, *test.settings.pictures);
 }
 
-/// Renders one variant and compares its frames with the base, up to the first that differs.
+/// Renders one variant and compares its frames with those of the base, up to the first difference.
 Result<ReportCase> test_variant(const BitTest& test, const Variant& variant, const Digests& base) {
   const Stopwatch stopwatch;
   ReportCase result;
   result.group = test.suite.name + ", bits";
   result.name = variant.name;
   PM_TRY(const Digests digests, render(test, variant));
-  for (const auto& digest : digests) {
-    const int frame = digest.first;
+  for (const auto& frame_digest : digests) {
+    const int frame = frame_digest.first;
     PM_TRY(const Image actual,
-           read_image(frame_path(frames_in(test.folder / variant.name), frame)));
+           read_image(frame_path(frame_pattern(test.folder / variant.name), frame)));
     PM_TRY(const Image expected,
-           read_image(frame_path(frames_in(test.folder / kBase.name), frame)));
-    const bool surfaces_equal = std::find(base.begin(), base.end(), digest) != base.end();
+           read_image(frame_path(frame_pattern(test.folder / kBase.name), frame)));
+    const bool surfaces_equal = std::find(base.begin(), base.end(), frame_digest) != base.end();
     if (surfaces_equal && pixel_digest(actual) == pixel_digest(expected)) continue;
     PM_TRY_STATUS(add_difference(test, frame, actual, expected, surfaces_equal, result));
     break;

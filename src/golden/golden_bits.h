@@ -1,4 +1,4 @@
-// Bit test of a build: a golden suite's frames, rendered in several ways, must have equal bits.
+// Bit test of a build: a golden suite's frames must have equal bits however they are rendered.
 #pragma once
 
 #include <vector>
@@ -10,10 +10,11 @@
 
 namespace polymorph {
 
-/// Renders the suite's frames in several ways and compares their decoded pixels and surfaces with
-/// each other, to the bit: again; with 1 and 3 threads; in shards; interrupted and resumed; with a
-/// cold and a warm cache; one frame alone. Returns a case per way. Does not read the golden frames.
-/// Works in a temporary folder. Errors: kInput, kResource, kOutput.
+/// Renders the suite's frames once, and then in several other ways: again; with 1 and 3 threads; in
+/// shards; interrupted and resumed; with a cold and a warm cache; one frame alone. Compares decoded
+/// pixels and surfaces with those of the first time, to the bit. Returns one case per other way.
+/// Does not read the golden frames. Works in a temporary folder. Errors: kInput, kResource,
+/// kOutput.
 Result<std::vector<ReportCase>> test_golden_bits(const GoldenSuite& suite,
                                                  const GoldenSettings& settings);
 

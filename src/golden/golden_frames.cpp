@@ -1,17 +1,13 @@
 #include "golden/golden_frames.h"
 
-#include <fcntl.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
-#include <cstdio>
 #include <cstdlib>
 
 #include "base/file.h"
 #include "base/hash.h"
 #include "base/sha256.h"
 #include "base/shell_quote.h"
-#include "base/text.h"
 #include "device/device.h"
 #include "film/frame_files.h"
 #include "film/render_sequence.h"
@@ -22,7 +18,6 @@
 #include "scene/load_scene.h"
 #include "sequence/frame/frame_geometry.h"
 #include "sequence/frame/render_frame.h"
-#include "sequence/frame/render_scene.h"
 #include "sequence/prepare/engine_scene.h"
 
 namespace polymorph {
@@ -35,15 +30,16 @@ void replace_all(std::string& text, const std::string& from, const std::string& 
     text.replace(at, from.size(), to);
 }
 
-/// Renders a frame with the suite's command, in a temporary folder. Errors: kInput, kOutput.
+/// Renders a frame with the suite's command, which writes the frame's file to a temporary folder.
+/// Errors: kInput, kOutput.
 Result<RenderedFrame> run_command(const GoldenSuite& suite, int frame) {
   PM_TRY(const WorkFolder work, WorkFolder::create());
   const fs::path frame_file = work.path() / fmt::format("frame.{:04}.{}", frame, suite.format);
   std::string command = suite.command;
   replace_all(command, "{out}", quote_for_shell(frame_file.string()));
   replace_all(command, "{frame}", fmt::format("{}", frame));
-  // Run in the suite's folder. Standard output is for data, so the command's goes to standard
-  // error.
+  // Run the command in the suite's folder. Its standard output goes to standard error, because
+  // polymorph's standard output is for data.
   const std::string shell_line =
       fmt::format("cd {} && ( {} ) 1>&2", quote_for_shell(suite.folder.string()), command);
   const int status = std::system(shell_line.c_str());
@@ -70,7 +66,7 @@ Result<RenderedFrame> run_command(const GoldenSuite& suite, int frame) {
 
 struct SuiteRenderer::State {
   GoldenSuite suite;
-  EngineScene morph;                   ///< unused if a command renders
+  EngineScene engine_scene;            ///< unused if a command renders
   std::unique_ptr<Renderer> renderer;  ///< null if a command renders
 };
 
@@ -86,26 +82,26 @@ Result<SuiteRenderer> SuiteRenderer::create(const GoldenSuite& suite,
   state.suite = suite;
   if (!suite.command.empty()) return result;
   PM_TRY(const Scene scene, load_golden_scene(suite));
-  PM_TRY(state.morph, prepare_on_engine(scene, {settings.device, settings.cache_folder}));
-  PM_TRY(Renderer renderer, make_renderer(state.morph.device));
+  PM_TRY(state.engine_scene, prepare_on_engine(scene, {settings.device, settings.cache_folder}));
+  PM_TRY(Renderer renderer, make_renderer(state.engine_scene.device));
   state.renderer = std::make_unique<Renderer>(std::move(renderer));
   for (const int frame : suite.frames)
-    if (frame < 1 || frame > state.morph.prepared.frame_count)
+    if (frame < 1 || frame > state.engine_scene.prepared.frame_count)
       return make_error(ErrorCode::kInput, "{}: frame {} is outside the scene's 1-{}",
                         (suite.folder / "suite.json").string(), frame,
-                        state.morph.prepared.frame_count);
+                        state.engine_scene.prepared.frame_count);
   return result;
 }
 
-int SuiteRenderer::frame_count() const { return state_->morph.prepared.frame_count; }
+int SuiteRenderer::frame_count() const { return state_->engine_scene.prepared.frame_count; }
 
 Result<RenderedFrame> SuiteRenderer::render(int frame) {
   State& state = *state_;
   if (!state.suite.command.empty()) return run_command(state.suite, frame);
   PM_TRY(const FrameGeometry geometry,
-         geometry_at(state.morph.prepared, *state.morph.engine, frame));
-  PM_TRY(const Image image, render_frame(state.morph.prepared, geometry, *state.renderer,
-                                         state.morph.device, /*command=*/""));
+         geometry_at(state.engine_scene.prepared, *state.engine_scene.engine, frame));
+  PM_TRY(const Image image, render_frame(state.engine_scene.prepared, geometry, *state.renderer,
+                                         state.engine_scene.device, /*command=*/""));
   const Mesh surface = join_surfaces(geometry);
   RenderedFrame rendered;
   rendered.surface = {frame, surface.positions.size(), surface.triangles.size(),
@@ -113,11 +109,11 @@ Result<RenderedFrame> SuiteRenderer::render(int frame) {
   for (std::size_t i = 0; i < geometry.actors.size(); ++i) {
     for (const Ball& ball : geometry.actors[i].balls) rendered.context.balls.push_back(ball.center);
     rendered.context.cell =
-        std::max(rendered.context.cell, state.morph.prepared.actors[i].settings.cell);
+        std::max(rendered.context.cell, state.engine_scene.prepared.actors[i].settings.cell);
   }
   rendered.pixel_hash = pixel_sha256(image);
-  // Goldens have half floats, so the frame must be rounded to half floats as well.
-  PM_TRY(rendered.bytes, encode_exr(image, exr_settings(state.morph.prepared.scene)));
+  // Goldens have half floats, so round the frame to half floats as well, by encoding it.
+  PM_TRY(rendered.bytes, encode_exr(image, exr_settings(state.engine_scene.prepared.scene)));
   PM_TRY(rendered.image, decode_image(rendered.bytes, fmt::format("frame {}", frame)));
   return rendered;
 }
@@ -129,9 +125,9 @@ Result<std::string> SuiteRenderer::hash(int frame) {
     return rendered.pixel_hash;
   }
   PM_TRY(const FrameGeometry geometry,
-         geometry_at(state.morph.prepared, *state.morph.engine, frame));
-  PM_TRY(const Image image, render_frame(state.morph.prepared, geometry, *state.renderer,
-                                         state.morph.device, /*command=*/""));
+         geometry_at(state.engine_scene.prepared, *state.engine_scene.engine, frame));
+  PM_TRY(const Image image, render_frame(state.engine_scene.prepared, geometry, *state.renderer,
+                                         state.engine_scene.device, /*command=*/""));
   return pixel_sha256(image);
 }
 

@@ -10,7 +10,7 @@ namespace {
 
 using MaskedPixels = std::vector<char>;  ///< per pixel: 1 if it is masked, else 0
 
-/// Masks the pixels where the mask's picture is not black.
+/// Masks the pixels where the mask's picture is not black. Errors: kInput.
 Status add_picture(const GoldenMask& mask, const Image& reference, MaskedPixels& is_masked) {
   PM_TRY(const Image picture, read_image(mask.file, {.single_picture = true}));
   if (picture.width != reference.width || picture.height != reference.height)
@@ -36,11 +36,11 @@ void add_objects(const GoldenMask& mask, const Image& image, MaskedPixels& is_ma
   }
 }
 
-/// Tests whether a pixel with these values fails under any limits. `alpha` is the index of channel
-/// A, or -1.
-bool is_invalid(const float* values, std::size_t count, int alpha) {
+/// Tests whether a pixel with these `masked_count` values fails whatever the tolerance is. `alpha`
+/// is the index of channel A, or -1 if there is none.
+bool is_invalid(const float* values, std::size_t masked_count, int alpha) {
   return (alpha >= 0 && values[alpha] < 0) ||
-         std::any_of(values, values + count, [](float v) { return !std::isfinite(v); });
+         std::any_of(values, values + masked_count, [](float v) { return !std::isfinite(v); });
 }
 
 }  // namespace
@@ -62,17 +62,17 @@ Result<double> hide_masked(const GoldenSuite& suite, const Image& reference, Ima
     add_objects(mask, reference, is_masked);
     add_objects(mask, actual, is_masked);
   }
-  // Copy the reference to the masked pixels.
+  // Count the masked pixels, and copy the reference to those that are valid.
   const int alpha = actual.find_channel("A");
-  std::size_t count = 0;
+  std::size_t masked_count = 0;
   for (std::size_t i = 0; i < is_masked.size(); ++i) {
     if (!is_masked[i]) continue;
-    ++count;
+    ++masked_count;
     float* const values = &actual.pixels[i * channels];
     if (!is_invalid(values, channels, alpha))
       std::copy_n(&reference.pixels[i * channels], channels, values);
   }
-  return 100.0 * static_cast<double>(count) / static_cast<double>(is_masked.size());
+  return 100.0 * static_cast<double>(masked_count) / static_cast<double>(is_masked.size());
 }
 
 }  // namespace polymorph

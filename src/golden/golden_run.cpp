@@ -1,8 +1,6 @@
 #include "golden/golden_run.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdlib>
 
 #include "base/file.h"
 #include "base/sha256.h"
@@ -13,14 +11,13 @@
 #include "golden/golden_masks.h"
 #include "golden/golden_write.h"
 #include "image/image_io.h"
-#include "scene/load_scene.h"
 
 namespace polymorph {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// Reads the suite's surface.csv; empty if there is none.
+/// Reads the suite's surface.csv. Returns no records if there is no such file. Errors: kInput.
 Result<std::vector<SurfaceRecord>> read_records(const GoldenSuite& suite) {
   const fs::path file = suite.folder / "surface.csv";
   std::error_code ignored;
@@ -28,7 +25,7 @@ Result<std::vector<SurfaceRecord>> read_records(const GoldenSuite& suite) {
   return read_surface_records(file);
 }
 
-/// Returns a message if the surface differs from its row of surface.csv; else "".
+/// Returns a message if the surface differs from the record of its frame, or has none; else "".
 std::string compare_surface(const SurfaceRecord& actual,
                             const std::vector<SurfaceRecord>& records) {
   for (const SurfaceRecord& record : records) {
@@ -49,7 +46,7 @@ fs::path failure_path(const GoldenSuite& suite, const GoldenSettings& settings, 
   return settings.failures / suite.name / fmt::format("frame.{:04d}.{}", frame, suffix);
 }
 
-/// Returns the path of the rendered frame, which may become the golden.
+/// Returns the path at which a failing frame is written. accept_report() may make it the golden.
 fs::path actual_path(const GoldenSuite& suite, const GoldenSettings& settings, int frame) {
   return failure_path(suite, settings, frame, ("actual." + suite.format).c_str());
 }
@@ -73,7 +70,8 @@ struct FrameTest {
   PixelMaps maps = {};
 };
 
-/// Writes the actual frame, the reference and the difference of a failure as files.
+/// Writes the actual frame of a failure and, if there is a reference, also the reference and the
+/// difference. Writes nothing without a folder for failures.
 Status write_failure(const FrameTest& test, const Comparison& comparison) {
   const GoldenSuite& suite = test.suite;
   const GoldenSettings& settings = test.settings;
@@ -94,7 +92,7 @@ Status write_failure(const FrameTest& test, const Comparison& comparison) {
   return Ok{};
 }
 
-/// Tests for the name of a mask's picture.
+/// Tests whether a file has the name of one of the masks' pictures.
 bool is_mask(const GoldenSuite& suite, const fs::path& file) {
   return std::any_of(suite.masks.begin(), suite.masks.end(), [&](const GoldenMask& mask) {
     return mask.file.filename() == file.filename();
@@ -136,15 +134,15 @@ Status fill_report(const FrameTest& test, GoldenFrame& result) {
   return add_pictures(report, actual, reference, maps, *settings.pictures);
 }
 
-/// Writes and reports a frame whose golden is missing or unreadable.
+/// Writes and reports a frame that fails because its golden is missing or unreadable.
 Status report_uncompared(const FrameTest& test, GoldenFrame& result) {
-  PM_TRY_STATUS(write_failure(test, {}));
+  PM_TRY_STATUS(write_failure(test, /*comparison=*/{}));
   return fill_report(test, result);
 }
 
 /// Returns an error message if the masks cover more than the suite allows, because large masks
 /// could let everything pass; else "".
-std::string compare_masked_share(const GoldenSuite& suite, double percent) {
+std::string check_masked_percent(const GoldenSuite& suite, double percent) {
   if (percent <= suite.max_masked_percent) return "";
   return fmt::format("{:.3g} % of the pixels are masked, suite.json allows {:.3g} %", percent,
                      suite.max_masked_percent);
@@ -159,8 +157,8 @@ std::string explain_failure(const RenderedFrame& rendered, const Image& referenc
   return explain_change(rendered.image, reference, context);
 }
 
-/// Compares one frame with its golden: the record of its surface, then its pixels outside the
-/// masks. Writes the files of a failure.
+/// Compares one frame with its golden: first the surface with its record, then the pixels outside
+/// the masks. Writes the files of a failure, and fills in the case of the report.
 Result<GoldenFrame> test_frame(const GoldenSuite& suite, const GoldenSettings& settings,
                                const std::vector<SurfaceRecord>& records,
                                const RenderedFrame& rendered) {
@@ -172,10 +170,10 @@ Result<GoldenFrame> test_frame(const GoldenSuite& suite, const GoldenSettings& s
   result.report.surface = rendered.surface;
   result.report.pixels_sha256 = rendered.pixel_hash;
   // Read the golden image.
-  FrameTest test{suite, settings, rendered, nullptr, rendered.image};
+  FrameTest test{suite, settings, rendered, /*reference=*/nullptr, rendered.image};
   const fs::path golden = golden_image_path(suite, result.frame);
   if (!fs::exists(golden)) {
-    result.message = golden.string() + " is missing";  // the report says how to accept it
+    result.message = golden.string() + " is missing";  // ReportCase::accept says what to do
     PM_TRY_STATUS(report_uncompared(test, result));
     return result;
   }
@@ -193,9 +191,10 @@ Result<GoldenFrame> test_frame(const GoldenSuite& suite, const GoldenSettings& s
   if (!suite.masks.empty()) result.report.masked_percent = result.masked_percent;
   result.report.max_masked_percent = suite.max_masked_percent;
   for (const std::string& reason : {result.image->passed() ? "" : result.image->reason,
-                                    compare_masked_share(suite, result.masked_percent)})
+                                    check_masked_percent(suite, result.masked_percent)})
     if (!reason.empty()) result.message += (result.message.empty() ? "" : "; ") + reason;
-  // result.message leaves the masks out, because the frame's line of output states them anyway.
+  // The percentage of masked pixels is not added to result.message: the line that is printed for
+  // the frame states it anyway.
   if (result.masked_percent > 0)
     result.image->reason += fmt::format("; {:.3g} % masked", result.masked_percent);
   if (!result.message.empty()) {
@@ -206,8 +205,8 @@ Result<GoldenFrame> test_frame(const GoldenSuite& suite, const GoldenSettings& s
   return result;
 }
 
-/// Renders all frames of a suite and returns the files that make them its goldens. The images of
-/// frames that pass stay as they are.
+/// Renders all frames of a suite and returns the files that must be written to make them its
+/// goldens. The images of frames that pass are not among them.
 Result<std::vector<NewFile>> render_goldens(const GoldenSuite& suite,
                                             const GoldenSettings& settings,
                                             const std::string& reason) {
@@ -216,7 +215,7 @@ Result<std::vector<NewFile>> render_goldens(const GoldenSuite& suite,
   const auto stored = read_records(suite);
   const std::vector<SurfaceRecord> old_records = stored ? *stored : std::vector<SurfaceRecord>{};
   GoldenSettings update_settings = settings;
-  update_settings.failures.clear();
+  update_settings.failures.clear();  // test_frame() must not write files
   std::vector<NewGolden> frames;
   for (const int frame : suite.frames) {
     PM_TRY(RenderedFrame rendered, renderer.render(frame));
@@ -248,7 +247,7 @@ std::size_t GoldenResult::failed() const {
 Result<GoldenResult> test_golden(const GoldenSuite& suite, const GoldenSettings& settings) {
   PM_TRY(SuiteRenderer renderer, SuiteRenderer::create(suite, settings));
   PM_TRY(const std::vector<SurfaceRecord> records, read_records(suite));
-  GoldenResult result{{}, find_orphans(suite)};
+  GoldenResult result{/*frames=*/{}, find_orphans(suite)};
   for (const int frame : suite.frames) {
     const Stopwatch stopwatch;
     remove_failure(suite, settings, frame);

@@ -24,9 +24,9 @@ struct GoldenSettings {
 
 struct GoldenFrame {
   int frame = 0;
-  bool unreadable = false;      ///< the golden image cannot be read
-  bool surface_passed = false;  ///< vertices, triangles and digest equal the row of surface.csv;
-                                ///< always true if another program renders
+  bool unreadable = false;          ///< the golden image cannot be read
+  bool surface_passed = false;      ///< vertices, triangles and digest equal those in surface.csv;
+                                    ///< always true if another program renders
   std::optional<Comparison> image;  ///< absent if the golden is missing or unreadable
   double masked_percent = 0;        ///< percentage of the pixels that masks cover
   std::string message;              ///< reason for the failure; empty if the frame passed
@@ -41,22 +41,22 @@ struct GoldenResult {
   std::size_t failed() const;  ///< number of frames that failed
 };
 
-/// Renders a suite's frames and compares them with the goldens. Writes only the files of failures.
-/// A golden image that cannot be read fails its frame; if anything else cannot be read, that is an
-/// error. Errors: kInput, kResource, kOutput.
+/// Renders a suite's frames and compares them with the goldens. Writes only the files of failing
+/// frames. A frame whose golden image is missing or unreadable fails. Errors: kInput if anything
+/// else cannot be read; kResource; kOutput.
 Result<GoldenResult> test_golden(const GoldenSuite& suite, const GoldenSettings& settings);
 
-/// Renders a suite's frames, then writes failing, damaged and missing goldens and surface.csv, and
-/// appends the reason to CHANGES.md: all or nothing (base/file.h, write_files). Returns the written
-/// files. Errors: kUsage without a reason, or if CI is set in the environment; kInternal or kInput
-/// for NaN and infinite pixels; those of test_golden().
+/// Renders a suite's frames, then replaces failing and damaged goldens, adds missing ones, updates
+/// surface.csv and appends the reason to CHANGES.md: all or nothing (base/file.h, write_files).
+/// Returns the written files. Errors: kUsage without a reason, or if CI is set in the environment;
+/// kInternal or kInput for NaN and infinite pixels; those of test_golden().
 Result<std::vector<std::filesystem::path>> update_golden(const GoldenSuite& suite,
                                                          const GoldenSettings& settings,
                                                          const std::string& reason);
 
-/// Makes a suite of a scene: renders its frames and writes them with suite.json, all or nothing.
-/// `suite` needs name, folder, scene and frames. Returns the written files. Errors: those of
-/// update_golden(); kOutput if the folder exists.
+/// Makes a suite from a scene: renders the suite's frames and writes them with suite.json, all or
+/// nothing. `suite` needs name, folder, scene and frames. Returns the written files. Errors: those
+/// of update_golden(); kOutput if the folder exists.
 Result<std::vector<std::filesystem::path>> create_golden_suite(GoldenSuite suite,
                                                                const GoldenSettings& settings,
                                                                const std::string& reason);
@@ -66,8 +66,8 @@ struct FrameHash {
   int frame = 0;
   std::string sha256;
 };
-/// Renders and hashes the suite's frames. If the suite has none, these are the first, middle and
-/// last frame of its scene. Writes nothing.
+/// Renders and hashes the suite's frames or, if the suite lists none, the first, middle and last
+/// frame of its scene. Writes nothing. Errors: those of SuiteRenderer (golden/golden_frames.h).
 Result<std::vector<FrameHash>> hash_golden(GoldenSuite suite, const GoldenSettings& settings);
 
 }  // namespace polymorph

@@ -24,9 +24,9 @@ Result<std::string> read_changes(const GoldenSuite& suite) {
   return fmt::format("# Changes to the golden frames of {}\n", suite.name);
 }
 
-/// Appends an entry to the text of CHANGES.md; `count` is the number of changed images. If the last
-/// entry has the same reason, the new one replaces it, with the larger of the two counts.
-std::string add_entry(std::string text, std::size_t count, const std::string& reason) {
+/// Appends an entry to the text of CHANGES.md; `image_count` is the number of changed images. If
+/// the last entry has the same reason, the new one replaces it, with the larger of the two counts.
+std::string add_entry(std::string text, std::size_t image_count, const std::string& reason) {
   const auto last = text.rfind("\n- ");
   if (last != std::string::npos) {
     const std::string entry = text.substr(last + 1);
@@ -35,13 +35,13 @@ std::string add_entry(std::string text, std::size_t count, const std::string& re
       const auto comma = entry.find(", ");
       const auto old_count =
           parse_integer(entry.substr(comma + 2, entry.find(' ', comma + 2) - comma - 2));
-      count = std::max(count,
-                       static_cast<std::size_t>(std::max<std::int64_t>(0, old_count.value_or(0))));
+      image_count = std::max(
+          image_count, static_cast<std::size_t>(std::max<std::int64_t>(0, old_count.value_or(0))));
       text.resize(last);
     }
   }
-  return text + fmt::format("\n- polymorph {}, {}: {}\n", program_version(), plural(count, "frame"),
-                            reason);
+  return text + fmt::format("\n- polymorph {}, {}: {}\n", program_version(),
+                            plural(image_count, "frame"), reason);
 }
 
 }  // namespace
@@ -70,9 +70,10 @@ Result<std::vector<NewFile>> make_golden_files(const GoldenSuite& suite,
   for (const NewGolden& golden : frames)
     if (!golden.bytes.empty())
       files.push_back({golden_image_path(suite, golden.surface.frame), golden.bytes});
-  const std::size_t count = files.size();  // number of images
+  const std::size_t image_count = files.size();
   if (suite.command.empty()) {
-    // Drop rows of frames that the suite no longer has. A damaged surface.csv is written anew.
+    // Keep the rows of the suite's other frames, but drop rows of frames that the suite no longer
+    // has. If surface.csv is missing or damaged, it is written anew.
     const auto old_records = read_surface_records(suite.folder / "surface.csv");
     std::map<int, SurfaceRecord> rows;
     if (old_records)
@@ -88,7 +89,8 @@ Result<std::vector<NewFile>> make_golden_files(const GoldenSuite& suite,
   }
   if (files.empty()) return files;
   PM_TRY(std::string changes, read_changes(suite));
-  files.push_back({suite.folder / "CHANGES.md", add_entry(std::move(changes), count, reason)});
+  files.push_back(
+      {suite.folder / "CHANGES.md", add_entry(std::move(changes), image_count, reason)});
   return files;
 }
 

@@ -13,17 +13,19 @@ struct NewGolden {
   std::string bytes;  ///< content of the image file; empty: the image stays as it is
 };
 
-/// Checks that goldens may be written. Errors: kUsage without a reason of one line, or if CI is set
-/// in the environment. `verb` is the subcommand of `golden` that the message names.
+/// Checks that goldens may be written. `verb` is the subcommand of `golden` that the message names.
+/// Errors: kUsage without a reason of one line, or if the environment variable CI is set and
+/// neither "false" nor "0".
 Status check_write_allowed(const std::string& verb, const std::string& reason);
 
 /// Tests whether all pixels are finite.
 bool all_finite(const Image& image);
 
-/// Makes the files that make these frames goldens: the images, surface.csv (with the rows of the
-/// suite's other frames) and CHANGES.md, to which the reason is appended unless the last entry has
-/// the same reason. Returns no files if nothing changes. The caller must write all or none of them
-/// (base/file.h, write_files). Errors: kInput.
+/// Returns the files that must be written to make these frames goldens: the images, surface.csv
+/// (which keeps the rows of the suite's other frames) and CHANGES.md. An entry with the reason is
+/// appended to CHANGES.md, or replaces the last entry if that has the same reason. Returns no files
+/// if nothing changes. The caller must write all of them or none (base/file.h, write_files).
+/// Errors: kInput.
 Result<std::vector<NewFile>> make_golden_files(const GoldenSuite& suite,
                                                const std::vector<NewGolden>& frames,
                                                const std::string& reason);

@@ -12,7 +12,7 @@
 
 namespace polymorph {
 
-/// A temporary folder, removed by the destructor.
+/// A temporary folder, which the destructor removes with its contents.
 class WorkFolder {
  public:
   /// Makes an empty folder with a unique name. Errors: kOutput.

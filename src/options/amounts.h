@@ -14,9 +14,10 @@ namespace polymorph {
 /// the first unit.
 using AmountUnits = std::vector<std::pair<char, double>>;
 
-/// Parses a number of at least 0 followed by one of the units, in upper or lower case. If 'b' is
-/// one of the units, KB and KiB mean K. The message names `option` and shows `example`. Errors:
-/// kUsage, also for amounts above 1e18.
+/// Parses a number of at least 0 followed by one of the units, in upper or lower case, and returns
+/// it times the unit's factor. If 'b' is one of the units, KB and KiB mean K (likewise for the
+/// other units). Errors: kUsage, also for amounts above 1e18; the message names `option` and shows
+/// `example`.
 Result<double> parse_amount(const std::string& option, const std::string& text,
                             const AmountUnits& units, const std::string& example);
 

@@ -10,7 +10,7 @@ std::string join_words(const std::vector<std::string>& words) {
   return fmt::format("{}", fmt::join(words, " "));
 }
 
-/// Returns a shell command that lists the possible values of an option, if they depend on the
+/// Returns a shell command that prints the possible values of an option, if they depend on the
 /// installation (models, effects, ...), else "".
 std::string list_command(const OptionRow& row) {
   const std::string list = "polymorph demo --list 2>/dev/null | awk ";
@@ -42,7 +42,7 @@ std::string quote(const std::string& text) {
   return out + "'";
 }
 
-/// Escapes []: and \, which have a meaning in a specification of zsh's _arguments.
+/// Escapes the characters [ ] : and \, which have a meaning in a specification of zsh's _arguments.
 std::string escape_zsh(const std::string& text) {
   std::string out;
   for (const char c : text)
@@ -70,13 +70,13 @@ std::string bash_completion(const std::vector<CommandTable>& commands) {
   std::string values, options;
   for (const CommandTable& command : commands) {
     std::vector<std::string> names;
-    std::string words;  // words of the last positional argument that has words
-    int arguments = 0;  // number of positional arguments that have words
+    std::string words;       // words of the last positional argument that has words
+    int argument_count = 0;  // number of positional arguments that have words
     for (const OptionRow& row : command.options) {
       names.insert(names.end(), row.names.begin(), row.names.end());
       const std::string choices = value_words(row, "$(");
       if (choices.empty()) continue;
-      if (row.positional) words = choices, ++arguments;
+      if (row.positional) words = choices, ++argument_count;
       if (row.names.empty()) continue;
       std::string patterns;  // "COMMAND OPTION" for each name of the option
       for (const std::string& name : row.names)
@@ -85,7 +85,7 @@ std::string bash_completion(const std::vector<CommandTable>& commands) {
       values += fmt::format("    {}) words=\"{}\" ;;\n", patterns, choices);
     }
     options += fmt::format("    {}) options=\"{}\" arguments=\"{}\" count={} ;;\n", command.name,
-                           join_words(names), words, arguments);
+                           join_words(names), words, argument_count);
   }
   return fmt::format(
       "# bash completion for polymorph: polymorph completion bash\n"
@@ -122,8 +122,9 @@ std::string bash_completion(const std::vector<CommandTable>& commands) {
 }
 
 std::string zsh_completion(const std::vector<CommandTable>& commands) {
-  // Make a function per kind of value that depends on the installation.
-  std::string list, cases, listers;
+  // `descriptions`: a line per command. `cases`: a branch of a case statement per command.
+  // `functions`: a function per kind of value that depends on the installation.
+  std::string descriptions, cases, functions;
   for (const char* value : {"FROM", "TO", "EFFECT", "DEVICE", "KEY=VALUE"}) {
     OptionRow row;
     row.value = value;
@@ -131,14 +132,14 @@ std::string zsh_completion(const std::vector<CommandTable>& commands) {
     const bool may_be_file = row.value == "FROM" || row.value == "TO" || row.value == "EFFECT";
     // No space after KEY=, because the value follows.
     const char* suffix = row.value == "KEY=VALUE" ? "-S '' " : "";
-    listers += fmt::format("{}() {{ compadd {}-- ${{(f)\"$({})\"}}{} }}\n", zsh_function(value),
-                           suffix, list_command(row), may_be_file ? "; _files" : "");
+    functions += fmt::format("{}() {{ compadd {}-- ${{(f)\"$({})\"}}{} }}\n", zsh_function(value),
+                             suffix, list_command(row), may_be_file ? "; _files" : "");
   }
   // Make the specifications for _arguments: NUMBER:NAME:ACTION for a positional argument, with a
   // second colon after the number if it is optional, and *OPTION[TEXT]:NAME:ACTION for an option,
   // where the star permits repetition.
   for (const CommandTable& command : commands) {
-    list += "    " + quote(escape_zsh(command.name) + ":" + command.purpose) + "\n";
+    descriptions += "    " + quote(escape_zsh(command.name) + ":" + command.purpose) + "\n";
     cases += fmt::format("    ({})\n      _arguments", command.name);
     int position = 0;
     for (const OptionRow& row : command.options) {
@@ -174,7 +175,7 @@ std::string zsh_completion(const std::vector<CommandTable>& commands) {
       "  case $command in\n{}  esac\n"
       "}}\n"
       "_polymorph \"$@\"\n",
-      listers, list, cases);
+      functions, descriptions, cases);
 }
 
 std::string fish_completion(const std::vector<CommandTable>& commands) {

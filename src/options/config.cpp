@@ -11,7 +11,8 @@
 namespace polymorph {
 namespace {
 
-/// Lists the keys that a file may have for a command: the long names of its options.
+/// Lists the keys that a file may have for a command: the long names of its options, except for
+/// --config.
 std::vector<std::string> option_keys(const CLI::App& command) {
   std::vector<std::string> keys;
   for (const CLI::Option* option : command.get_options())
@@ -20,7 +21,7 @@ std::vector<std::string> option_keys(const CLI::App& command) {
   return keys;
 }
 
-/// Returns the values of an item in the form that the option parses; empty for a flag that is
+/// Returns the values of an item as the option parses them. Returns nothing for a flag that is
 /// false.
 std::vector<std::string> parse_values(const CLI::ConfigItem& item, const CLI::Option& option) {
   if (option.get_expected_max() > 0) return item.inputs;  // the option takes values
@@ -37,12 +38,12 @@ bool is_set(const CLI::Option& option) {
 }
 
 Error make_config_error(const std::string& file, const CLI::ConfigItem& item,
-                        const std::string& why) {
+                        const std::string& reason) {
   const std::string section = item.parents.empty() ? "" : "[" + item.parents.front() + "] ";
-  return make_error(ErrorCode::kUsage, "{}: {}{}: {}", file, section, item.name, why);
+  return make_error(ErrorCode::kUsage, "{}: {}{}: {}", file, section, item.name, reason);
 }
 
-/// Finds the commands that a key applies to.
+/// Finds the commands that a key applies to: that of its section, or all if it has no section.
 Result<std::vector<CLI::App*>> find_commands(const std::string& file, const CLI::ConfigItem& item,
                                              CLI::App& app) {
   std::vector<CLI::App*> commands = app.get_subcommands([](const CLI::App*) { return true; });

@@ -22,10 +22,10 @@ namespace polymorph {
 /// not take.
 Status apply_config(const std::string& file, CLI::App& program);
 
-/// Stores the values of the chosen subcommand's options again, if they have an environment
-/// variable. All subcommands store a common option in one C++ variable. CLI11 applies the
-/// environment to the subcommands that were not chosen, too, and so overwrites values from the
-/// command line.
+/// Makes the command line override the environment. All subcommands store a common option in one
+/// C++ variable. CLI11 applies the environment also to the subcommands that were not chosen, which
+/// overwrites values from the command line. So this function stores the values of the chosen
+/// subcommand's options again, if they have an environment variable.
 void prefer_command_line(const CLI::App& program);
 
 }  // namespace polymorph

@@ -36,7 +36,7 @@ std::string wrap_text(const std::string& text, std::size_t first_column) {
   return out + "\n";
 }
 
-/// Formats a row of two columns. A `left` that is too long has a line of its own.
+/// Formats a row of two columns. If `left` is too wide for its column, it gets a line of its own.
 std::string table_row(const std::string& left, const std::string& right) {
   std::string out = "  " + left;
   if (out.size() + 2 > kDescriptionColumn)
@@ -46,6 +46,8 @@ std::string table_row(const std::string& left, const std::string& right) {
   return out + wrap_text(right, kDescriptionColumn);
 }
 
+/// Formats an option's names and value. Long names are aligned, with or without a short name
+/// before.
 std::string option_names(const OptionRow& option) {
   if (option.positional) return option.value;
   std::string names;
@@ -56,6 +58,7 @@ std::string option_names(const OptionRow& option) {
   return option.value.empty() ? names : names + " " + option.value;
 }
 
+/// Formats the options of a command in groups; only the first group unless `full`.
 std::string options_text(const CommandTable& table, bool full) {
   std::string out, group;
   for (const OptionRow& option : table.options) {
@@ -81,7 +84,7 @@ std::string verbs_text(const CommandTable& table) {
   return out + fmt::format("\n'polymorph {} VERB --help' has the options of each.\n", table.name);
 }
 
-/// Formats the help of a command, or of the program if `commands` are given.
+/// Formats the help of a command or, if `commands` is not empty, of the program.
 std::string help_text(const CommandTable& table, const std::vector<CommandTable>& commands,
                       bool full) {
   const bool is_program = !commands.empty();
@@ -130,8 +133,8 @@ CommandTable verb_table(const CommandTable& command, const VerbTable& verb) {
                             verb.arguments.empty() ? "" : " ", verb.arguments);
   static const std::vector<std::string> kSharedByVerbs = {
       "--quiet", "--verbose", "--color", "--progress", "--log-file", "--log-format", "--config"};
-  // Keep the verb's own options and the shared ones. The argument VERB is dropped; the other
-  // positional argument stands for those of the verb.
+  // Keep the verb's own options and the shared ones. Of the positional arguments, drop VERB, and
+  // replace the other one by the arguments of the verb, if it has any.
   for (OptionRow option : command.options) {
     if (option.positional ? option.value == "VERB" || verb.arguments.empty()
                           : !is_named(option, verb.options) && !is_named(option, kSharedByVerbs))

@@ -43,7 +43,7 @@ struct CommandTable {
   std::vector<VerbTable> verbs;    ///< empty if the command has none
 };
 
-/// Tests whether an option has one of the names.
+/// Tests whether one of the option's names is among `names`.
 bool is_named(const OptionRow& option, const std::vector<std::string>& names);
 
 /// Returns the table of a verb as if it were a command ("golden test"), with the verb's options.
@@ -59,8 +59,8 @@ CommandTable command_table(const CLI::App& command);
 /// Returns the tables of all commands, in the order of the help, without their verbs.
 std::vector<CommandTable> command_tables(const CLI::App& program);
 
-/// Returns the name of the help page that the arguments ask for: a command, a command and its verb
-/// ("golden test"), or "" for the program.
+/// Returns the name of the help page for these arguments: the command and verb that they contain
+/// ("golden test"), the command alone, or "" for the program.
 std::string named_page(const std::vector<CommandTable>& commands, int argc, char** argv);
 /// Formats the help page of this name in at most 80 columns, or that of the program if no command
 /// has the name. If `full`, the page has the options of all groups and the exit codes, else only
@@ -68,16 +68,16 @@ std::string named_page(const std::vector<CommandTable>& commands, int argc, char
 std::string help_page(const CommandTable& program, const std::vector<CommandTable>& commands,
                       const std::string& name, bool full);
 
-/// Scripts that complete the command line in a shell.
+/// Return scripts that complete the command line in a shell.
 std::string bash_completion(const std::vector<CommandTable>& commands);
 std::string zsh_completion(const std::vector<CommandTable>& commands);
 std::string fish_completion(const std::vector<CommandTable>& commands);
 
-/// Manual pages in roff: of the program, and of one command.
+/// Return manual pages in roff: of the program, and of one command.
 std::string program_page(const std::vector<CommandTable>& commands);
 std::string command_page(const CommandTable& command);
 
-/// Reference page of the command line in Markdown.
+/// Returns the reference page of the command line, in Markdown.
 std::string commands_markdown(const std::vector<CommandTable>& commands);
 
 }  // namespace polymorph

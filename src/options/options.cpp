@@ -2,7 +2,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cmath>
 
 #include "base/text.h"
 #include "options/amounts.h"
@@ -65,6 +64,7 @@ constexpr std::pair<const char*, const char*> kRetiredOptions[] = {
     {"--aovs", "--set image.aovs=LIST"},     {"--seed", "--set image.seed=N"},
     {"--isa", "the variable POLYMORPH_ISA"}, {"--only", "--frames"}};
 
+/// Returns the error message for an unknown option, with its replacement or the nearest name.
 std::string describe_unknown_option(const CLI::App& command, const std::string& word) {
   for (const auto& [name, replacement] : kRetiredOptions)
     if (word == name) return fmt::format("{} is now {}", name, replacement);
@@ -74,7 +74,8 @@ std::string describe_unknown_option(const CLI::App& command, const std::string& 
   return fmt::format("unknown option \"{}\"{}", word, did_you_mean(word, known));
 }
 
-/// Returns the first unknown option; empty: none. CLI11 may report another problem first.
+/// Returns the first unknown option, or "" if there is none. CLI11 may report another problem
+/// first.
 std::string first_unknown_option(const CLI::App& command, int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     const std::string argument =
@@ -134,6 +135,8 @@ std::string rewrite_parse_error(const CLI::ParseError& error, const CLI::App& co
   return rewrite_choice_error(message, command.get_name());
 }
 
+/// Returns the message for an error of CLI11. An unknown command or option is reported first, since
+/// it may have caused the error.
 std::string describe_parse_error(const CLI::App& program, int argc, char** argv,
                                  const CLI::ParseError& error) {
   if (argc > 1 && argv[1][0] != '-') {
@@ -148,6 +151,7 @@ std::string describe_parse_error(const CLI::App& program, int argc, char** argv,
                          : describe_unknown_option(*command, unknown);
 }
 
+/// Returns an option of the chosen subcommand, or null if that has no such option.
 const CLI::Option* chosen_option(const CLI::App& program, const char* name) {
   return program.get_subcommands().front()->get_option_no_throw(name);
 }
@@ -345,7 +349,7 @@ CommandTable command_table(const CLI::App& command) {
     if (std::find(groups.begin(), groups.end(), group) == groups.end()) groups.push_back(group);
     if (option->get_positional()) table.options.push_back(option_row(*option));
   }
-  // The group of the options that every command has comes last.
+  // Put the group "Common", whose options every command has, last.
   std::stable_partition(groups.begin(), groups.end(),
                         [](const std::string& group) { return group != "Common"; });
   for (const std::string& group : groups)

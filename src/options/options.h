@@ -20,7 +20,7 @@ class Option;
 
 namespace polymorph {
 
-/// Handle to an option. Its properties are set in a chain of calls:
+/// Handle to an option. A chain of calls sets the option's properties:
 /// command.add_option("--columns", columns, "N", "cells per row (4)").range(1, 1000);
 class Option {
  public:
@@ -28,7 +28,7 @@ class Option {
 
   Option& group(const char* name);  ///< heading of the option in help; default: "Main"
   Option& required();
-  Option& environment(const char* variable);  ///< read if the option is not given
+  Option& environment(const char* variable);  ///< its value is used if the option is not given
   Option& excludes(const Option& other);
   Option& choices(const std::vector<std::string>& words);  ///< the allowed values
   Option& count(int low, int high);                        ///< takes from `low` to `high` values
@@ -62,8 +62,8 @@ class Command {
   template <class T>
   Option add_option(const std::string& names, T& value, const char* value_name,
                     const std::string& description) const;
-  /// Adds an option whose value is one of some words, each of which stands for a value of an
-  /// enumeration.
+  /// Adds an option whose value is one of some words. Each word stands for a value of an
+  /// enumeration: `choices` are pairs of a word and the value that it stores in `value`.
   template <class T>
   Option add_choice(const std::string& names, T& value, const char* value_name,
                     const std::vector<std::pair<std::string, std::type_identity_t<T>>>& choices,

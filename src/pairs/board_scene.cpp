@@ -4,15 +4,15 @@
 #include <cmath>
 
 #include "base/json.h"
-#include "base/text.h"
 
 namespace polymorph {
 namespace {
 
 using Kind = PairsEvent::Kind;
 
-constexpr double kSpacing = 2.6;  // distance between pieces, which are 2 units wide
+constexpr double kSpacing = 2.6;  // distance between the centres of pieces, which are 2 units wide
 
+/// Returns the number of whole frames from the start to this time, rounded.
 int frame_at(double seconds, double fps) { return static_cast<int>(std::lround(seconds * fps)); }
 
 JsonValue make_sphere(const PairsFile& file) {
@@ -28,13 +28,13 @@ JsonValue make_outcome(const PairsFile& file, const PairsPiece& piece, Kind kind
       return {{"shape", "puddle"}, {"color", "#3f6f52"}};
     case Kind::kExplode:
       return {{"shape", "drops"}, {"color", "#8c3b2e"}, {"motion", {{"path", "explode"}}}};
-    default:
+    default:  // kHide; the other events concern no piece
       return make_sphere(file);
   }
 }
 
-/// Frames of the leg that an actor without events gets after the level's last frame, because every
-/// actor needs a leg. The scene is longer than the level by at least as many frames.
+/// Number of frames of the leg that an actor without events gets after the level's last frame,
+/// because every actor needs a leg. The scene has at least as many frames more than the level.
 constexpr int kExtraFrames = 2;
 
 /// One level of a play, as a film of `frames` frames.
@@ -46,13 +46,15 @@ struct LevelFilm {
   std::vector<PairsPiece> board;  ///< the pieces as dealt
 };
 
-/// Makes the actor of a piece: a chain of objects with a leg per event, and still frames between.
+/// Makes the actor of a piece: a chain of objects with a leg per event, and still frames between
+/// the legs.
 JsonValue make_actor(const LevelFilm& film, int piece) {
   const auto& [file, play, level, frames, board] = film;
   const PairsLevel& grid = file.game.levels[static_cast<std::size_t>(level)];
   const double fps = frames_per_second(file);
   const int column = piece % grid.columns, row = piece / grid.columns;
   JsonValue actor{{"name", format_square(grid, piece)}};
+  // Row 0 is in front, at the largest z.
   actor["translate"] = JsonValue::array({(column - (grid.columns - 1) / 2.0) * kSpacing, 0,
                                          ((grid.rows - 1) / 2.0 - row) * kSpacing});
   // Add an object and a leg per event. Between two legs, the object stands still ("hold").
@@ -61,7 +63,7 @@ JsonValue make_actor(const LevelFilm& film, int piece) {
   int start_frame = frames + 1, last_end = 0;
   for (const PairsEvent& event : play.events()) {
     if (event.level != level || event.piece != piece) continue;
-    // Steps are frames counted from 0.
+    // Steps are frames counted from 0; a leg has at least one.
     const int first_step = std::max(last_end, frame_at(event.start, fps));
     const int last_step = std::max(first_step + 1, frame_at(event.start + event.seconds, fps));
     if (per_leg.empty())
@@ -124,8 +126,8 @@ JsonValue make_board_scene(const PairsFile& file, const PairsPlay& play, int lev
   }
   JsonValue& frame_settings = scene["frames"];
   frame_settings["fps"] = fps;
-  // A leg has at least one frame, so one that begins in the level's last frame ends after it. The
-  // scene lasts until all legs have ended.
+  // The scene lasts until all legs have ended. A leg that begins in the level's last frame ends
+  // after that frame, because a leg has at least one step.
   std::int64_t frame_count = frames + kExtraFrames;
   for (const JsonValue& actor : scene.get("actors").items) {
     std::int64_t actor_end = actor.get("start").integer;
@@ -143,8 +145,8 @@ std::string format_score(const PairsPlay& play, int level, int frame, double fps
   int score = 0, melted_pieces = 0;
   std::string ending;
   for (const PairsEvent& event : play.events()) {
-    // Events are in order of level and time. An event counts from the frame nearest to its start
-    // on.
+    // Events are in order of level and time. The frame nearest to an event's start is the first one
+    // that shows the event's score.
     if (event.level > level || (event.level == level && event.start > now + 0.5 / fps)) break;
     score = event.score;
     if (event.level == level && event.kind == Kind::kMelt) ++melted_pieces;

@@ -31,7 +31,7 @@ std::vector<PairsPiece> deal_board(const PairsGame& game, int level) {
   const int count = grid.columns * grid.rows;
   std::vector<PairsPiece> board(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) board[static_cast<std::size_t>(i)].object = i / 2;
-  // Fisher-Yates shuffle, with random numbers drawn from keys.
+  // Fisher-Yates shuffle. The random numbers depend on seed, level and i alone (base/random.h).
   for (int i = count - 1; i > 0; --i)
     std::swap(
         board[static_cast<std::size_t>(i)],
@@ -48,11 +48,12 @@ void PairsPlay::begin_level(double seconds_left) {
   found_ = 0;
 }
 
-void PairsPlay::add_note(Kind kind) {
+void PairsPlay::add_event_without_piece(Kind kind) {
   events_.push_back({kind, level_, /*piece=*/-1, clock_, /*seconds=*/0, score_});
 }
 
-/// Adds an event of all `pieces` at the same time. The game is over if the time ends during it.
+/// Adds an event for each of the `pieces`, all at the same time, and advances the clock to its end.
+/// The game is over if the level's time ends before. Does nothing if the game is over already.
 void PairsPlay::add_event(Kind kind, std::vector<int> pieces, double seconds) {
   if (over_) return;
   const double duration = std::min(seconds, limit_ - clock_);
@@ -60,11 +61,11 @@ void PairsPlay::add_event(Kind kind, std::vector<int> pieces, double seconds) {
   clock_ += duration;
   if (duration < seconds) {
     over_ = true;
-    add_note(Kind::kTimeOut);
+    add_event_without_piece(Kind::kTimeOut);
   }
 }
 
-/// Reveals a piece, or makes it explode; returns true if it is visible now.
+/// Reveals a piece, or makes it explode. Returns true if it is revealed and the game goes on.
 bool PairsPlay::reveal_or_explode(int piece) {
   PairsPiece& p = board_[static_cast<std::size_t>(piece)];
   if (p.looks >= game_.rules.looks) {
@@ -86,7 +87,7 @@ Status PairsPlay::wait(double seconds) {
   clock_ += std::min(seconds, limit_ - clock_);
   if (clock_ >= limit_) {
     over_ = true;
-    add_note(Kind::kTimeOut);
+    add_event_without_piece(Kind::kTimeOut);
   }
   return Ok{};
 }
@@ -111,7 +112,7 @@ Status PairsPlay::pick(int first, int second) {
   PairsPiece& b = board_[static_cast<std::size_t>(second)];
   std::vector<int> shown;
   if (reveal_or_explode(first)) shown.push_back(first);
-  // An explosion ends the turn, and the other piece is hidden again.
+  // If one piece explodes, the turn ends: the other one is not revealed, or is hidden again.
   if (!shown.empty() && reveal_or_explode(second)) shown.push_back(second);
   if (over_) return Ok{};
   if (shown.size() == 2 && a.object == b.object) {
@@ -134,7 +135,7 @@ Status PairsPlay::pick(int first, int second) {
   return Ok{};
 }
 
-/// Number of pairs of this level that are found or can still be found.
+/// Counts the pairs of this level that are found or can still be found.
 int PairsPlay::pairs_possible() const {
   std::vector<int> remaining(board_.size(), 0);  // by object: pieces that have not exploded
   for (const PairsPiece& piece : board_)
@@ -145,7 +146,7 @@ int PairsPlay::pairs_possible() const {
 void PairsPlay::finish_turn() {
   if (found_ >= pairs_needed()) {
     if (level_ + 1 < static_cast<int>(game_.levels.size())) {
-      add_note(Kind::kLevelUp);
+      add_event_without_piece(Kind::kLevelUp);
       const double seconds_left = time_left();
       ++level_;
       begin_level(seconds_left);
@@ -153,10 +154,10 @@ void PairsPlay::finish_turn() {
     }
     score_ += game_.rules.second_points * static_cast<int>(std::floor(time_left()));
     over_ = won_ = true;
-    add_note(Kind::kWon);
+    add_event_without_piece(Kind::kWon);
   } else if (pairs_possible() < pairs_needed()) {
     over_ = true;
-    add_note(Kind::kStuck);
+    add_event_without_piece(Kind::kStuck);
   }
 }
 

@@ -1,6 +1,6 @@
-// Rules and state of the game of Pairs (Gilbert 2010, 3.6). Spheres on a grid hide objects, each of
-// them twice; a player picks two spheres at a time. The same game and the same picks give the same
-// events.
+// Rules and state of the game of Pairs (Gilbert 2010, 3.6). The spheres on a grid hide objects,
+// each object twice. A player picks two spheres at a time. The same game and the same picks give
+// the same events.
 #pragma once
 
 #include <cstdint>
@@ -15,20 +15,20 @@ namespace polymorph {
 struct PairsRules {
   double reveal = 0.75;   ///< duration of the morph that reveals an object the first time
   double slowdown = 1.4;  ///< factor of `reveal` for every further look at the same piece
-  double show = 0.5;      ///< time for which two pieces that are no pair stay visible
-  double melt = 1.5;      ///< duration of a found pair's melting into puddles
+  double show = 0.5;      ///< time for which two pieces that are no pair stay revealed
+  double melt = 1.5;      ///< duration of the morph of a found pair into puddles
   double explode = 1.5;   ///< duration of an explosion
   int looks = 4;          ///< looks that a piece survives; at the next one it explodes
   int pair_points = 100;  ///< points per found pair
   int look_cost = 10;     ///< deduction for every look at either piece after its first
-  int second_points = 2;  ///< points per full second left when the last level is won
+  int second_points = 2;  ///< points per full second that is left when the last level is won
 };
 
 /// One level: its grid of pieces, its time and its goal.
 struct PairsLevel {
   int columns = 4, rows = 4;  ///< an even number of pieces
-  double seconds = 90;        ///< time of the level, added to the time left from the previous one
-  int pairs = 0;              ///< pairs to find before the next level; 0 = all
+  double seconds = 90;  ///< time limit, to which the time left from the previous level is added
+  int pairs = 0;        ///< pairs to find before the next level; 0 = all
 };
 
 /// A game: rules, levels and objects.
@@ -51,12 +51,12 @@ struct PairsEvent {
   enum class Kind {
     kReveal,   ///< the piece becomes its object
     kHide,     ///< the piece becomes a sphere again
-    kMelt,     ///< the piece melts, since its pair is found
-    kExplode,  ///< the piece explodes, since it was looked at too often
+    kMelt,     ///< the piece melts, because its pair is found
+    kExplode,  ///< the piece explodes, because it was looked at too often
     kLevelUp,  ///< enough pairs are found; no piece
     kWon,      ///< enough pairs of the last level are found
     kTimeOut,  ///< the time is over
-    kStuck,    ///< too few pairs remain to complete the level
+    kStuck,    ///< too few pairs are left to complete the level
   };
   Kind kind = Kind::kReveal;
   int level = 0;       ///< index into the game's levels
@@ -66,7 +66,8 @@ struct PairsEvent {
   int score = 0;       ///< score after the event
 };
 
-/// Deals a level's board: the object that each piece hides.
+/// Deals a level's board: the pieces, to which the objects are assigned in random order. The order
+/// depends on the game's seed and the level.
 std::vector<PairsPiece> deal_board(const PairsGame& game, int level);
 
 /// State of a game that is being played.
@@ -98,11 +99,12 @@ class PairsPlay {
   const std::vector<double>& limits() const { return limits_; }
 
  private:
-  void begin_level(double seconds_left);
+  void begin_level(double seconds_left);  ///< begins level_; adds this time to its limit
   bool reveal_or_explode(int piece);
   void add_event(PairsEvent::Kind kind, std::vector<int> pieces, double seconds);
-  void add_note(PairsEvent::Kind kind);  ///< adds an event of no piece and no duration
-  void finish_turn();  ///< begins the next level or ends the game, if the turn decides that
+  void add_event_without_piece(PairsEvent::Kind kind);  ///< the event has no duration
+  /// Begins the next level, or ends the game, if this level is complete or cannot be completed.
+  void finish_turn();
   int pairs_possible() const;
 
   PairsGame game_;

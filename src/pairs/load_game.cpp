@@ -13,17 +13,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kMaxSide = 12;  // columns or rows
+constexpr int kMaxSide = 12;  // maximum number of columns and of rows
 constexpr int kMaxLevels = 20;
 
-/// Reads the members of one object, and remembers the first error. `where` is the object's place in
-/// the file, for messages: "/levels/0".
+/// Reads the members of one object, and keeps the message of the first error. `where` is the
+/// object's place in the file, for messages: "/levels/0".
 class Members {
  public:
   Members(const JsonValue& object, std::string where) : object_(object), where_(std::move(where)) {
     if (!object.is_object()) fail("", "must be an object {...}");
   }
-  // Each of these functions reads a member into `out`, which keeps its value if there is none.
+  // Each of these functions reads a member into `out`. If the member is absent, `out` keeps its
+  // value. Numbers must lie in [low, high].
   void number(const char* key, double& out, double low, double high) {
     const JsonValue* value = find(key);
     if (!value) return;
@@ -41,6 +42,7 @@ class Members {
   void seed(const char* key, std::uint64_t& out) {
     const JsonValue* value = find(key);
     if (!value) return;
+    // A number of 2^63 and more is not `integral`, but has exceeds_int64.
     if (!value->exceeds_int64 && !(value->integral && value->integer >= 0))
       return fail(key, "must be a whole number, 0 or more");
     out = static_cast<std::uint64_t>(value->integer);
@@ -60,7 +62,7 @@ class Members {
     out.clear();
     for (const JsonValue& item : value->items) out.push_back(item.string);
   }
-  /// Finds a member, null if it is absent, and makes `key` a known key.
+  /// Returns a member, or null if it is absent. Makes `key` a known key.
   const JsonValue* find(const char* key) {
     known_.emplace_back(key);
     return object_.find(key);
@@ -111,7 +113,7 @@ std::string read_level(const JsonValue& json, const std::string& where, PairsLev
   return members.finish();
 }
 
-/// Makes the name of a file absolute, and keeps the name of a shape. Returns an error or "".
+/// Makes a model's name absolute, unless it is the name of a shape. Returns an error or "".
 std::string resolve_file(std::string& name, const fs::path& folder, const std::string& where) {
   if (is_shape_name(name)) return "";
   const fs::path file = (folder / name).lexically_normal();
@@ -153,7 +155,7 @@ std::string read_game(const JsonValue& json, const fs::path& folder, PairsFile& 
     return "must be an object {...} - a game begins like {\"objects\": [...], \"levels\": [...]}";
   Members members(json, "");
   std::string ignored, board;
-  members.text("description", ignored);
+  members.text("description", ignored);  // a known key, but not used
   members.seed("seed", file.game.seed);
   members.texts("moves", file.moves);
   members.text("board", board);

@@ -23,9 +23,9 @@ struct PairsFile {
   std::string piece_color = "#8fa3b8";  ///< colour of the spheres
 };
 
-/// Loads a game. The file may contain comments, and its paths are relative to it. Errors (kInput),
-/// naming the key: not JSON, an unknown key, a value out of its range, a missing file, fewer
-/// objects than a level has pairs.
+/// Loads a game. The file may contain comments, and its paths are relative to its folder. Errors
+/// (kInput), naming the key: not JSON, an unknown key, a value out of its range, a missing file,
+/// fewer objects than a level has pairs.
 Result<PairsFile> load_pairs_game(const std::filesystem::path& path);
 
 /// Applies one move: two positions separated by a space or a comma, or "wait SECONDS". Errors

@@ -21,7 +21,7 @@ std::vector<NamedFile> list_files(const fs::path& folder, const char* extension)
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(folder, error))
     if (entry.path().extension() == extension)
-      files.push_back({entry.path().stem().string(), "", entry.path()});
+      files.push_back({entry.path().stem().string(), /*description=*/"", entry.path()});
   std::sort(files.begin(), files.end(),
             [](const NamedFile& a, const NamedFile& b) { return a.name < b.name; });
   return files;
@@ -65,6 +65,7 @@ JsonValue find_object(const std::vector<NamedFile>& models, const std::string& n
   return {};
 }
 
+/// Makes the error for an unknown name. `what` is "model" or "effect"; `names` are the known names.
 Error unknown_name(const char* what, const std::string& name, std::vector<std::string> names) {
   return make_error(ErrorCode::kUsage, "{} \"{}\" is not known{} - known: {}; or name a model file",
                     what, name, did_you_mean(name, names), join_quoted(names));
@@ -97,7 +98,7 @@ JsonValue make_meta_object(JsonValue object) {
 
 /// Makes the frame settings of a chain of `legs` legs, with a few still frames at both ends.
 JsonValue demo_frames(std::size_t legs) {
-  // Numbers of frames.
+  // Numbers of frames: a film of one leg lasts 2.5 seconds.
   constexpr int kHoldStart = 3, kHoldEnd = 5, kFirstLeg = 22, kFurtherLeg = 10;
   const int moving = kFirstLeg + kFurtherLeg * (static_cast<int>(legs) - 1);
   return {{"count", kHoldStart + moving + kHoldEnd},

@@ -23,14 +23,15 @@ std::vector<NamedFile> demo_models(const std::filesystem::path& data);
 
 /// Lists the effects of effects/*.json that suit any two objects, sorted by name. Such an effect
 /// has a single chain and no settings for parts of its own models (plan.labels, plan.landmarks).
-/// Errors: a file that cannot be read.
+/// Errors (kInput): a file that is unreadable or no JSON object.
 Result<std::vector<NamedFile>> demo_effects(const std::filesystem::path& data);
 
-/// Makes a scene from `from` to `to`, each a demo model, a built-in shape or a model file. It is
-/// small enough to render in seconds. `through` is an effect, or an object between the two, or
-/// empty. An effect gives its settings and intermediate objects; if its source or target is a
-/// shape, that is an intermediate object, too. Paths are relative to `folder`, where the scene will
-/// be. Errors (kUsage): an unknown name; the message suggests the nearest one.
+/// Makes a scene that morphs `from` to `to`, each a demo model, a built-in shape or a model file.
+/// It is small enough to render in seconds. `through` is an effect, or an object between the two,
+/// or empty. The scene takes over the settings and intermediate objects of an effect; an effect's
+/// source or target becomes an intermediate object, too, if it is a shape. Paths are relative to
+/// `folder`, where the scene will be. Errors (kUsage): an unknown name; the message suggests the
+/// nearest one.
 Result<JsonValue> demo_scene(const std::filesystem::path& data, const std::string& from,
                              const std::string& to, const std::string& through,
                              const std::filesystem::path& folder);

@@ -23,8 +23,8 @@ const std::vector<std::pair<const char*, std::vector<const char*>>> kCommonKeys{
     {"spheres", {"balls", "solidify"}},
     {"surface", {"resolution"}}};
 
-/// Makes a model's name for the scene file. Errors (kInput): no such file, not a model, or a name
-/// that is not UTF-8.
+/// Returns the name by which the scene file refers to a model. Errors (kInput): no such file, not a
+/// model, or a name that is not UTF-8.
 Result<std::string> model_name(const std::string& file, const fs::path& folder) {
   std::error_code error;
   if (!fs::is_regular_file(file, error))
@@ -34,7 +34,7 @@ Result<std::string> model_name(const std::string& file, const fs::path& folder) 
                       "{}: is no model file - use OBJ, glTF, FBX, PLY, STL, DAE, OFF or 3DS", file);
   const std::string name = relative_name(file, folder);
   // Bytes that are not UTF-8 are replaced in JSON, which would then name another file.
-  PM_TRY(const JsonDocument document, parse_json("", format_json(name)));
+  PM_TRY(const JsonDocument document, parse_json(/*name=*/"", format_json(name)));
   if (document.root.string != name)
     return make_error(ErrorCode::kInput, "{}: the name is not UTF-8 - rename the file", file);
   return name;
@@ -72,7 +72,7 @@ Result<JsonValue> initial_scene(const std::vector<std::string>& models, const fs
     for (const char* key : keys)
       scene[section][key] =
           schema.get("properties").get(section).get("properties").get(key).get("default");
-  // 24 frames per leg.
+  // The number of frames depends on the number of legs: 24 frames per leg.
   scene["frames"]["count"] = 24 * (static_cast<int>(names.size()) - 1);
   scene["output"] = {{"file", "out/frame.####.exr"}, {"png", true}};
   return scene;

@@ -14,8 +14,9 @@ namespace polymorph {
 /// together.
 std::string relative_name(const std::filesystem::path& file, const std::filesystem::path& folder);
 
-/// Makes a scene from the first model file to the last, through those between, for a scene file in
-/// `folder`. Errors (kInput): a file that is missing or no model, or a name that is not UTF-8.
+/// Makes a scene that morphs the first model file to the last, through those between. There must be
+/// at least two. The scene file will be in `folder`. Errors (kInput): a file that is missing or no
+/// model, or a name that is not UTF-8.
 Result<JsonValue> initial_scene(const std::vector<std::string>& models,
                                 const std::filesystem::path& folder);
 
