@@ -12,7 +12,7 @@ namespace polymorph {
 namespace {
 
 /// Writes the settings of an actor that decide its shape and motion, but not its position, as text.
-/// `scene` has the settings that all actors share.
+/// `scene`: the scene of the actor.
 std::string shared_settings(const Scene& scene, const ActorSettings& actor) {
   Scene single_actor;
   single_actor.motion = scene.motion;
@@ -23,7 +23,7 @@ std::string shared_settings(const Scene& scene, const ActorSettings& actor) {
   copy.translate = {};
   copy.start = 1;
   std::string text = scene_to_json(single_actor, {});
-  // The text has file names without folders, so paths are added.
+  // Models are compared by their paths. The text has them, too, because no folder is given.
   for_each_object(copy, [&](ObjectSettings& object) { text += "\n" + object.model.string(); });
   // An actor that starts later may have fewer frames left, so the times of its legs are added.
   for (const LegTiming& leg : make_timeline(scene, actor).legs) {
@@ -34,13 +34,13 @@ std::string shared_settings(const Scene& scene, const ActorSettings& actor) {
   return text;
 }
 
-/// Tests whether `model` is `from` translated by `offset`. Two models of one file may differ in
-/// size: the scene's first object keeps its size, and all others are scaled to it.
+/// Tests whether `model` is `from` translated by `offset`. Equal settings do not suffice, because
+/// the scene's first object keeps its size and all others are scaled to it.
 bool is_shifted(const Model& model, const Model& from, Vec3 offset) {
-  constexpr float kTolerance = 1e-5f;  // fraction of the diagonal of `bounds`
+  constexpr float kTolerance = 1e-5f;  // fraction of the diagonal of `bounds`; float's is 6e-8
   if (model.points.size() != from.points.size() || model.triangles.size() != from.triangles.size())
     return false;
-  // The origin counts, because rounding errors grow with the distance from it.
+  // The bounds include the origin, because rounding errors grow with the distance from it.
   const Box bounds = unite(unite(model.box(), from.box()), Box{{}, {}});
   const float tolerance = kTolerance * bounds.diagonal();
   for (std::size_t i = 0; i < model.points.size(); ++i)
@@ -55,7 +55,7 @@ std::vector<SharedActor> find_shared_actors(const Scene& scene, std::span<const 
   const std::vector<std::span<const ChainObject>> actors = actor_chains(chain);
   std::vector<SharedActor> shared;
   std::vector<std::size_t> begin;  // index of each actor's first model
-  // By shared_settings(): the actors that share nothing with an earlier one.
+  // The actors that are not like any earlier one, by shared_settings().
   std::map<std::string, std::vector<std::size_t>> firsts_by_settings;
   for (std::size_t a = 0, next = 0; a < actors.size(); next += actors[a].size(), ++a) {
     shared.push_back({a, {}});
@@ -64,6 +64,7 @@ std::vector<SharedActor> find_shared_actors(const Scene& scene, std::span<const 
     const bool has_sequence =
         std::any_of(actors[a].begin(), actors[a].end(),
                     [](const ChainObject& object) { return is_mesh_sequence(*object.settings); });
+    // Actors of these kinds, and the only actor of a scene, share nothing.
     if (actors.size() == 1 || has_sequence || !actor.blend.empty()) continue;
     std::vector<std::size_t>& firsts = firsts_by_settings[shared_settings(scene, actor)];
     for (const std::size_t first : firsts) {
