@@ -22,7 +22,7 @@ std::string shared_settings(const Scene& scene, const ActorSettings& actor) {
   copy.name.clear();
   copy.translate = {};
   copy.start = 1;
-  std::string text = scene_to_json(single_actor, {});
+  std::string text = scene_to_json(single_actor, /*folder=*/{});
   // Models are compared by their paths. The text has them, too, because no folder is given.
   for_each_object(copy, [&](ObjectSettings& object) { text += "\n" + object.model.string(); });
   // An actor that starts later may have fewer frames left, so the times of its legs are added.

@@ -81,7 +81,7 @@ std::string inputs_hash(const SceneInputs& inputs, std::string_view program) {
 }
 
 std::string settings_text(const Scene& scene) {
-  return scene_to_json(reset_ignored_settings(scene), {});
+  return scene_to_json(reset_ignored_settings(scene), /*folder=*/{});
 }
 
 std::string content_hash(const SceneInputs& inputs, std::string_view program) {

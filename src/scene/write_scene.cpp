@@ -30,7 +30,8 @@ class SchemaWriter {
   }
   void number(const char* key, std::optional<float>&, double low, double high, const char* doc,
               Keyframes keyframes = Keyframes::kAsObject) {
-    add_keyed(key, doc, {{"type", "number"}, {"minimum", low}, {"maximum", high}}, {}, keyframes);
+    add_keyed(key, doc, {{"type", "number"}, {"minimum", low}, {"maximum", high}}, /*initial=*/{},
+              keyframes);
   }
   void boolean(const char* key, bool& value, const char* doc) {
     add(key, doc, {{"type", "boolean"}, {"default", value}});
@@ -119,7 +120,7 @@ class SchemaWriter {
     T value;
     add(key, doc, {{"type", "array"}, {"items", make_schema(value, keyed_)}});
   }
-  // Former keys, and the defaults that actors inherit, concern the reader alone.
+  // Former keys, and the defaults that actors inherit, concern only FieldReader.
   void retired(const char*, const char*) {}
   void before_actors(Scene&) {}
   /// Adds the list of actors, and the keys of a single actor's chain, which may replace it.
@@ -304,7 +305,7 @@ class FieldWriter {
     for (std::size_t i = 0; i < values.size(); ++i)
       json[key].push_back(write_object(values[i], fmt::format("{}/{}/{}", pointer_, key, i)));
   }
-  void retired(const char*, const char*) {}
+  void retired(const char*, const char*) {}  // as in SchemaWriter
   void before_actors(Scene&) {}
   void actors(const char* key, std::vector<ActorSettings>& values, const char* doc) {
     objects(key, values, doc);
@@ -326,7 +327,7 @@ class FieldWriter {
       if (track.pointer != pointer) continue;
       KeyframeTrack settings = track;
       FieldWriter fields(folder_, tracks_, pointer);
-      fields.json["keys"] = JsonValue::array();
+      fields.json["keys"] = JsonValue::array();  // first, so that it precedes the easing
       for (const Keyframe& keyframe : track.keys) {
         const char* unit = track.unit == KeyUnit::kShare   ? "t"
                            : track.unit == KeyUnit::kFrame ? "frame"
@@ -373,7 +374,7 @@ std::string scene_schema() {
 std::string object_to_json(const ObjectSettings& object, const std::vector<KeyframeTrack>& tracks,
                            const std::string& pointer) {
   ObjectSettings copy = object;
-  FieldWriter fields({}, tracks, pointer);
+  FieldWriter fields(/*folder=*/{}, tracks, pointer);
   describe(fields, copy);
   return dump_json(fields.json);
 }
