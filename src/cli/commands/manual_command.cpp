@@ -90,7 +90,7 @@ void add_schema(CommandLine& line) {
     if (*keys)
       for (const std::string& assignment : list_assignments()) print_data("{}\n", assignment);
     else
-      PM_TRY_STATUS(write_text({}, scene_schema()));
+      PM_TRY_STATUS(write_text(/*json=*/{}, scene_schema()));  // to standard output
     return 0;
   });
 }
