@@ -23,7 +23,7 @@ std::string shared_settings(const Scene& scene, const ActorSettings& actor) {
   copy.translate = {};
   copy.start = 1;
   std::string text = scene_to_json(single_actor, /*folder=*/{});
-  // Models are compared by their paths. The text has them, too, because no folder is given.
+  // Models are compared by whole paths. The text has these, too, because no folder shortens them.
   for_each_object(copy, [&](ObjectSettings& object) { text += "\n" + object.model.string(); });
   // An actor that starts later may have fewer frames left, so the times of its legs are added.
   for (const LegTiming& leg : make_timeline(scene, actor).legs) {
@@ -37,7 +37,7 @@ std::string shared_settings(const Scene& scene, const ActorSettings& actor) {
 /// Tests whether `model` is `from` translated by `offset`. Equal settings do not suffice, because
 /// the scene's first object keeps its size and all others are scaled to it.
 bool is_shifted(const Model& model, const Model& from, Vec3 offset) {
-  constexpr float kTolerance = 1e-5f;  // fraction of the diagonal of `bounds`; float's is 6e-8
+  constexpr float kTolerance = 1e-5f;  // times the diagonal of `bounds`; far above float's 6e-8
   if (model.points.size() != from.points.size() || model.triangles.size() != from.triangles.size())
     return false;
   // The bounds include the origin, because rounding errors grow with the distance from it.
@@ -55,7 +55,7 @@ std::vector<SharedActor> find_shared_actors(const Scene& scene, std::span<const 
   const std::vector<std::span<const ChainObject>> actors = actor_chains(chain);
   std::vector<SharedActor> shared;
   std::vector<std::size_t> begin;  // index of each actor's first model
-  // The actors that are not like any earlier one, by shared_settings().
+  // The actors that share nothing with an earlier one, grouped by shared_settings().
   std::map<std::string, std::vector<std::size_t>> firsts_by_settings;
   for (std::size_t a = 0, next = 0; a < actors.size(); next += actors[a].size(), ++a) {
     shared.push_back({a, {}});
@@ -69,10 +69,10 @@ std::vector<SharedActor> find_shared_actors(const Scene& scene, std::span<const 
     std::vector<std::size_t>& firsts = firsts_by_settings[shared_settings(scene, actor)];
     for (const std::size_t first : firsts) {
       const Vec3 offset = actor.translate - actors[first].front().actor->translate;
-      bool is_twin = true;
-      for (std::size_t i = 0; is_twin && i < actors[a].size(); ++i)
-        is_twin = is_shifted(loaded.models[next + i], loaded.models[begin[first] + i], offset);
-      if (!is_twin) continue;
+      bool is_alike = true;
+      for (std::size_t i = 0; is_alike && i < actors[a].size(); ++i)
+        is_alike = is_shifted(loaded.models[next + i], loaded.models[begin[first] + i], offset);
+      if (!is_alike) continue;
       shared.back() = {first, offset};
       break;
     }

@@ -67,7 +67,7 @@ std::string inputs_hash(const SceneInputs& inputs, std::string_view program) {
   hasher.add(inputs.models.size());
   for (std::size_t i = 0; i < inputs.models.size(); ++i) {
     const Model& model = inputs.models[i];
-    // A sequence's model has no meshes (LoadedScene::models); content_hash() adds theirs.
+    // The model of a sequence is a stand-in (LoadedScene::models). content_hash() adds the meshes.
     if (!find_sequence(inputs, i))
       add(hasher, model);
     else

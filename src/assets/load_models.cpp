@@ -34,7 +34,7 @@ std::string file_key(const ObjectSettings& object) {
   return fmt::format("{}\n{}\n{}\n{}", object.model.string(), object.shape,
                      static_cast<int>(object.up), fmt::join(object.range, " "));
 }
-/// Key that is equal for objects of which one reading suffices (Readings). The key of a mesh
+/// Key of an object's reading: objects of equal keys share one (Readings). The key of a mesh
 /// sequence is unique, because its outermost points depend on the object's transform.
 std::string reading_key(const ChainObject& object) {
   return is_mesh_sequence(*object.settings) ? fmt::format("{}", fmt::ptr(object.settings))
@@ -73,8 +73,8 @@ std::string similarity_key(const ChainObject& chained) {
   return shape_key(object, {});
 }
 
-/// Returns for each object the index of the first one with the same key. `key`: makes an object's
-/// key.
+/// Returns for each object the index of the first one with the same key. `key(object)` returns an
+/// object's key.
 template <class Key>
 std::vector<std::size_t> first_with_key(std::span<const ChainObject> chain, const Key& key) {
   std::map<std::string, std::size_t> firsts;
@@ -137,7 +137,7 @@ struct Readings {
     if (first[object] == object)
       warnings.insert(warnings.end(), reading.warnings.begin(), reading.warnings.end());
     if (--reading.uses > 0) return reading.object;
-    return std::move(reading.object);  // no further copy is needed
+    return std::move(reading.object);  // the last object needs no copy
   }
 };
 

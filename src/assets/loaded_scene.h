@@ -34,8 +34,9 @@ struct MeshFile {
   int number = 0;          ///< number in the sequence (ObjectSettings::range)
   std::string digest;      ///< model_digest() of the mesh as it was read
   std::string velocities;  ///< hash of the velocities that the file stores; empty: none
-  std::string topology;  ///< hash of its faces; if equal for two meshes, their points i correspond
-  std::string problem;   ///< reason why the mesh cannot be shown; empty if it can
+  /// Hash of its faces. In two meshes with equal hashes, points of equal index correspond.
+  std::string topology;
+  std::string problem;  ///< reason why the mesh cannot be shown; empty if it can
 };
 
 /// Textures that are in use, by pixel_digest().

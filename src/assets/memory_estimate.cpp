@@ -21,7 +21,7 @@ namespace {
 constexpr double kProgramBytes = 25e6;
 constexpr double kTreeBytesPerTriangle = 270;
 constexpr double kBytesPerFittedBall = 250e3;
-/// A fit of few balls: the surface that a fit examines has the same size for any number of balls.
+/// Minimum of a fit: the surface that it examines, which has the same size for any number of balls.
 constexpr double kMinFitBytes = 40e6;
 /// Per point of a grid of distances, while it is made: a smoothed copy and squared distances to
 /// ridges.
@@ -67,8 +67,8 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
          surface_triangles = 0, maps = 0;
   double mixtures = 0, copies = 0;
   std::set<const Image*> textures;  // counted so far, because models share textures
-  // Sequences: the survey holds one mesh per thread. Later each frame in progress holds one; half
-  // of the pictures are being traced.
+  // Sequences: the survey holds one mesh per thread. Later each frame in progress holds one: half
+  // of the pictures (rounded up) are being traced, and one more frame is being prepared.
   for (const auto& sequence : loaded.sequences) {
     if (!sequence) continue;
     const auto meshes_held = static_cast<double>(

@@ -168,7 +168,7 @@ MeshFacts inspect_mesh(const ObjectSettings& object, const std::vector<Vec3>& di
 /// Of these, a pose of an animated model counts only if its warnings differ from the first ones.
 void add_warnings(const MeshSequence& sequence, const std::vector<MeshFacts>& facts,
                   std::vector<std::string>& warnings) {
-  const std::string model = sequence.object.model.string();
+  const std::string model_path = sequence.object.model.string();
   const bool are_poses = parse_pose_path(sequence.files.front().file).has_value();
   std::vector<std::string> first_warnings;
   std::size_t others = 0;  // other meshes with warnings
@@ -177,7 +177,8 @@ void add_warnings(const MeshSequence& sequence, const std::vector<MeshFacts>& fa
     const std::string file = sequence.files[i].file.string();
     // Name the model instead of the pose, so that equal warnings of two poses compare equal.
     for (std::string& warning : mesh_warnings)
-      if (are_poses && warning.starts_with(file)) warning = model + warning.substr(file.size());
+      if (are_poses && warning.starts_with(file))
+        warning = model_path + warning.substr(file.size());
     if (mesh_warnings.empty() || (are_poses && mesh_warnings == first_warnings)) continue;
     if (!first_warnings.empty()) ++others;
     if (first_warnings.empty()) first_warnings = std::move(mesh_warnings);
@@ -185,8 +186,8 @@ void add_warnings(const MeshSequence& sequence, const std::vector<MeshFacts>& fa
   warnings.insert(warnings.end(), first_warnings.begin(), first_warnings.end());
   if (others > 0)
     warnings.push_back(fmt::format(
-        "{}: {} more mesh{} warnings of {} own - info FILE prints those of a mesh", model, others,
-        others == 1 ? " has" : "es have", others == 1 ? "its" : "their"));
+        "{}: {} more mesh{} warnings of {} own - info FILE prints those of a mesh", model_path,
+        others, others == 1 ? " has" : "es have", others == 1 ? "its" : "their"));
 }
 
 /// Returns the index of the first mesh that can be shown; 0 if none can.

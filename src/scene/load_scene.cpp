@@ -78,6 +78,7 @@ Result<SceneReading> read_scene(const std::filesystem::path& path,
     if (const auto rate = find_pose_rate(meshes)) json["frames"] = {{"fps", *rate}};
     return read_scene_text(path, format_json(json), overrides);
   }
+  // A pose, walk@0012.glb, looks like an animation's path, too.
   if (const auto animation_pose = parse_animation_path(path);
       animation_pose && !parse_pose_path(path))
     return make_error(ErrorCode::kInput, "{}", describe_missing_poses(*animation_pose));

@@ -206,6 +206,7 @@ std::string encode_provenance(Provenance provenance) {
 }
 
 Result<Provenance> decode_provenance(std::string_view text) {
+  // A generous bound: encode_provenance() writes at most kMaxProvenance bytes.
   if (text.size() > 8 * kMaxProvenance) return refuse("it is too long");
   auto unpacked = unpack_text(text, kMaxText);
   if (!unpacked) return refuse(unpacked.error().message);

@@ -9,7 +9,7 @@
 namespace polymorph {
 namespace {
 
-/// The double whose shortest text is that of a float: 0.12, not 0.11999999731779099.
+/// Returns the double whose shortest text is that of a float: 0.12, not 0.11999999731779099.
 double shorten(float value) { return parse_number(fmt::format("{}", value)).value_or(value); }
 JsonValue shorten(Vec3 v) { return JsonValue::array({shorten(v.x), shorten(v.y), shorten(v.z)}); }
 
@@ -63,6 +63,7 @@ class SchemaWriter {
     add(key, doc, {{"type", "string"}});
   }
   void vector(const char* key, Vec3& value, const char* doc) {
+    // The range of FieldReader::vector(), here and below.
     add_keyed(key, doc, vector_schema(-1e6, 1e6), shorten(value));
   }
   void vector(const char* key, std::optional<Vec3>&, const char* doc) {

@@ -20,7 +20,7 @@ namespace polymorph {
 namespace {
 
 struct CompareOptions {
-  std::string actual, reference, difference;
+  std::string actual, reference, difference;  ///< `difference`: file of --diff; empty: none
   Tolerance tolerance;
   JsonOutput json;
   ReportOptions report;

@@ -20,7 +20,8 @@ namespace {
 
 struct GoldenOptions {
   std::vector<std::string> suites;  ///< arguments after the verb: suites, scenes or reports
-  std::string root = "golden_frames", failures, reason, frames;
+  std::string root = "golden_frames", failures;  ///< folders
+  std::string reason, frames;                    ///< `frames`: a list, "1,12,24"
   bool any_program = false, bits = false;
   std::string output;
   JsonOutput json;

@@ -6,6 +6,7 @@
 namespace polymorph {
 namespace {
 
+/// Options of `manual` (`what`, `output`) and of `completion` (`shell`).
 struct ManualOptions {
   std::string what, output, shell;
 };
