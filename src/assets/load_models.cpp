@@ -70,7 +70,7 @@ std::string similarity_key(const ChainObject& chained) {
   if (is_mesh_sequence(object) || has_cells || !is_uniform(object.scale) ||
       !is_uniform(chained.actor->scale))
     return congruence_key(chained);
-  return shape_key(object, {});
+  return shape_key(object, /*placing=*/{});
 }
 
 /// Returns for each object the index of the first one with the same key. `key(object)` returns an
@@ -158,7 +158,7 @@ void arrange(ReadObject& read, const ObjectSettings& object, bool stand, float s
         transform_by(compose(actor, make_transform(object.translate, object.rotate, object.scale)));
     return;
   }
-  const float diagonal = model.box().diagonal();  // before the rotation, which must not change it
+  const float diagonal = model.box().diagonal();  // unrotated, so that no rotation changes the size
   model = transform_by(make_transform({}, object.rotate, {1, 1, 1}));
   const Box box = model.box();
   const float factor = size > 0 && diagonal > 0 ? size / diagonal : 1;

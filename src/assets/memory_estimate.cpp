@@ -29,7 +29,7 @@ constexpr double kGridTemporaryBytesPerPoint = 7;
 /// Per grid point: values of a mixture of three objects or more, and points near its surface.
 constexpr double kMixtureBytesPerPoint = 12;
 /// Number of triangles of a surface / resolution^2.
-constexpr double kTrianglesPerSquare = 8;
+constexpr double kTrianglesPerSquaredResolution = 8;
 constexpr double kBytesPerSurfaceTriangle = 450;
 constexpr double kBytesPerTracedTriangle = 165;  ///< per traced picture beyond the first
 
@@ -87,7 +87,7 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
     const std::span<const Model> actor_models = models.first(objects.size());
     models = models.subspan(objects.size());
     // Number of triangles of the actor's surface while it morphs.
-    const double triangles_between = kTrianglesPerSquare *
+    const double triangles_between = kTrianglesPerSquaredResolution *
                                      static_cast<double>(scene.surface.resolution) *
                                      scene.surface.resolution;
     // An actor that shares the objects of an earlier one has copies of their models while files are
