@@ -5,7 +5,7 @@
 namespace polymorph {
 namespace {
 
-/// Checks the labels of one actor; `chain` and `models`: its objects.
+/// Checks plan.labels of one actor. `chain`, `models`: its objects and their models.
 void check_actor(std::span<const ChainObject> chain, std::span<const Model> models,
                  std::vector<std::string>& problems) {
   const ActorSettings& actor = *chain.front().actor;

@@ -10,8 +10,8 @@
 
 namespace polymorph {
 
-/// Returns one line for each actor whose plan.labels names labels that no object has. `models`: one
-/// per object of the chain, as from load_models().
+/// Returns one line for each actor whose plan.labels names a label that none of its objects has.
+/// `models`: one per object of the chain, as load_models() returns them.
 std::vector<std::string> find_plan_problems(std::span<const ChainObject> chain,
                                             std::span<const Model> models);
 

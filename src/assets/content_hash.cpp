@@ -36,8 +36,8 @@ const MeshSequence* find_sequence(const SceneInputs& inputs, std::size_t object)
   return inputs.sequences.empty() ? nullptr : inputs.sequences[object].get();
 }
 
-/// Returns the settings without paths, descriptions and output settings.
-Scene strip_paths(const Scene& scene) {
+/// Returns the scene with the settings that content_hash() ignores set to their defaults.
+Scene reset_ignored_settings(const Scene& scene) {
   Scene settings = scene;
   settings.output = {};
   settings.description.clear();
@@ -67,7 +67,7 @@ std::string inputs_hash(const SceneInputs& inputs, std::string_view program) {
   hasher.add(inputs.models.size());
   for (std::size_t i = 0; i < inputs.models.size(); ++i) {
     const Model& model = inputs.models[i];
-    // The stand-in for a sequence has only outermost points (LoadedScene::models).
+    // The model of a sequence is a stand-in (LoadedScene::models). content_hash() adds the meshes.
     if (!find_sequence(inputs, i))
       add(hasher, model);
     else
@@ -80,7 +80,9 @@ std::string inputs_hash(const SceneInputs& inputs, std::string_view program) {
   return hasher.hex();
 }
 
-std::string settings_text(const Scene& scene) { return scene_to_json(strip_paths(scene), {}); }
+std::string settings_text(const Scene& scene) {
+  return scene_to_json(reset_ignored_settings(scene), /*folder=*/{});
+}
 
 std::string content_hash(const SceneInputs& inputs, std::string_view program) {
   Hasher hasher;

@@ -1,5 +1,5 @@
-// Content hash of everything that decides a frame's pixels: frame files that carry the scene's hash
-// are up to date.
+// Content hash of everything that decides a frame's pixels. A frame file that carries the scene's
+// current hash is up to date.
 #pragma once
 
 #include <memory>
@@ -32,14 +32,14 @@ struct SceneInputs {
 };
 
 /// Hashes the scene's settings, its files' contents and the program. The files' paths, the working
-/// folder and the settings `output` do not change the hash. output.png_bits decides pixels, too,
-/// but is compared with the frame's file instead (film/status.h).
+/// folder, the description and the settings `output` do not change the hash. output.png_bits
+/// decides pixels, too, but is compared with the frame's file instead (film/status.h).
 std::string content_hash(const SceneInputs& inputs, std::string_view program = program_identity());
 
 /// Hashes the inputs that all frames of a film share: the program and the contents of the scene's
 /// files, without the meshes of sequences, of which each frame shows one.
 std::string inputs_hash(const SceneInputs& inputs, std::string_view program = program_identity());
-/// Writes the scene's settings, without paths and `output`, as text.
+/// Writes the scene's settings as text, without paths, the description and `output`.
 std::string settings_text(const Scene& scene);
 
 }  // namespace polymorph

@@ -34,14 +34,14 @@ std::string file_key(const ObjectSettings& object) {
   return fmt::format("{}\n{}\n{}\n{}", object.model.string(), object.shape,
                      static_cast<int>(object.up), fmt::join(object.range, " "));
 }
-/// Key of what one reading of a file (Readings) can serve. A mesh sequence is read separately for
-/// each object, because its outermost points depend on the object's transform.
+/// Key of an object's reading: objects of equal keys share one (Readings). The key of a mesh
+/// sequence is unique, because its outermost points depend on the object's transform.
 std::string reading_key(const ChainObject& object) {
   return is_mesh_sequence(*object.settings) ? fmt::format("{}", fmt::ptr(object.settings))
                                             : file_key(*object.settings);
 }
-/// Key of an object's shape and sphere settings. `placing`: rotations and scales that become part
-/// of the key.
+/// Key of an object's shape, sphere settings and `arrange`. `placing`: rotations and scales that
+/// become part of the key.
 std::string shape_key(const ObjectSettings& object, std::initializer_list<Vec3> placing) {
   std::string key = file_key(object);
   for (const Vec3& v : placing) key += fmt::format("\n{} {} {}", v.x, v.y, v.z);
@@ -51,15 +51,15 @@ std::string shape_key(const ObjectSettings& object, std::initializer_list<Vec3> 
                            error, resolution, root_margin, static_cast<int>(fit),
                            static_cast<int>(inside), solidify, coarse, object.arrange);
 }
-/// Key of an object's shape, sphere settings, rotation and size.
-std::string placed_key(const ChainObject& chained) {
+/// Key of an object's shape, sphere settings, rotation and size, for find_first_congruent().
+std::string congruence_key(const ChainObject& chained) {
   const ObjectSettings& object = *chained.settings;
   const ActorSettings& actor = *chained.actor;
   return shape_key(object, {object.rotate, object.scale, actor.rotate, actor.scale});
 }
-/// Key that does not depend on rotation and uniform scale. Objects whose spheres depend on these
-/// have placed_key(): mesh sequences, other scales, and spheres made of cells, which are aligned
-/// with the axes.
+/// Key for find_first_similar(), without rotation and uniform scale. Some objects' spheres depend
+/// on these: mesh sequences, objects with other scales, and spheres made of cells, which are
+/// aligned with the axes. Their key is congruence_key().
 std::string similarity_key(const ChainObject& chained) {
   const ObjectSettings& object = *chained.settings;
   const auto is_uniform = [](Vec3 scale) {
@@ -69,11 +69,12 @@ std::string similarity_key(const ChainObject& chained) {
                          object.spheres.method == SphereMethod::kActive;
   if (is_mesh_sequence(object) || has_cells || !is_uniform(object.scale) ||
       !is_uniform(chained.actor->scale))
-    return placed_key(chained);
-  return shape_key(object, {});
+    return congruence_key(chained);
+  return shape_key(object, /*placing=*/{});
 }
 
-/// Returns for each object the index of the first one with the same key.
+/// Returns for each object the index of the first one with the same key. `key(object)` returns an
+/// object's key.
 template <class Key>
 std::vector<std::size_t> first_with_key(std::span<const ChainObject> chain, const Key& key) {
   std::map<std::string, std::size_t> firsts;
@@ -87,30 +88,30 @@ std::vector<std::size_t> first_with_key(std::span<const ChainObject> chain, cons
 struct Readings {
   struct Reading {
     std::vector<std::string> warnings;
-    Result<ReadObject> object = ReadObject{};  ///< or the error of reading it
+    Result<ReadObject> object = ReadObject{};  ///< the object, or the error of reading it
     std::shared_ptr<MeshSequence> meshes;  ///< set if `object` is the stand-in of a mesh sequence
-    std::size_t uses = 0;                  ///< number of objects that have not taken it yet
-    bool vertices = false;                 ///< a landmark names a vertex of the file
+    std::size_t uses = 0;         ///< number of objects that have yet to take() this reading
+    bool needs_vertices = false;  ///< a landmark of one of these objects names a vertex
   };
   /// For each object the index of its reading: the first object with the same reading_key().
   std::vector<std::size_t> first;
-  std::vector<Reading> readings;  ///< one per object, unused unless first[i] == i
+  std::vector<Reading> readings;  ///< one per object; readings[i] is unused unless first[i] == i
 
   explicit Readings(std::span<const ChainObject> chain)
       : first(first_with_key(chain, reading_key)), readings(chain.size()) {
     for (std::size_t i = 0; i < chain.size(); ++i) {
       ++readings[first[i]].uses;
-      readings[first[i]].vertices |= names_vertices(chain[i]);
+      readings[first[i]].needs_vertices |= names_vertices(chain[i]);
     }
   }
-  /// Reads the file of an object, or the meshes of a sequence. `object`: an index with
+  /// Reads the file of an object, or surveys the meshes of a sequence. `object`: an index with
   /// first[object] == object.
   void read(const Scene& scene, std::span<const ChainObject> chain, std::size_t object,
             bool textures) {
     Reading& reading = readings[object];
     const ObjectSettings& settings = *chain[object].settings;
     if (!is_mesh_sequence(settings)) {
-      reading.object = load_object(settings, textures, reading.vertices, reading.warnings);
+      reading.object = load_object(settings, textures, reading.needs_vertices, reading.warnings);
       return;
     }
     auto survey = survey_meshes(scene, chain[object], textures, reading.warnings);
@@ -121,28 +122,29 @@ struct Readings {
     reading.object = std::move(survey->stand_in);
     reading.meshes = std::make_shared<MeshSequence>(std::move(survey->sequence));
   }
-  /// Sets the transforms of the object's mesh sequence, and returns it; null if the object is no
-  /// sequence.
+  /// Sets the transforms of the object's mesh sequence, which no other object shares, and returns
+  /// the sequence; null if the object is none.
   std::shared_ptr<const MeshSequence> place_meshes(std::size_t object,
                                                    const ObjectPlacing& placing) {
     const std::shared_ptr<MeshSequence>& meshes = readings[object].meshes;
     if (meshes) meshes->steps = placing.steps;
     return meshes;
   }
-  /// Returns an object as it was read. Adds the reading's warnings if it was made for this object.
+  /// Returns an object as it was read. The first object of a reading also adds its warnings, so
+  /// that each is reported once. Call once per object.
   Result<ReadObject> take(std::size_t object, std::vector<std::string>& warnings) {
     Reading& reading = readings[first[object]];
     if (first[object] == object)
       warnings.insert(warnings.end(), reading.warnings.begin(), reading.warnings.end());
     if (--reading.uses > 0) return reading.object;
-    return std::move(reading.object);  // the last use frees the memory
+    return std::move(reading.object);  // the last object needs no copy
   }
 };
 
-/// Transforms an object into the scene. If `stand`, it is rotated, scaled to the diagonal `size`
-/// (<= 0: not scaled), centred on the y axis and put with its lowest point on y = 0. The object's
-/// own scale, about the origin, and translation follow. `actor`: transform of the actor, applied
-/// last.
+/// Transforms an object into the scene. If `stand`, the object is rotated, scaled to the diagonal
+/// `size` (<= 0: not scaled), centred on the y axis and put with its lowest point on y = 0. Its own
+/// scale, about the origin, and its translation follow. Otherwise only its own scale, rotation and
+/// translation apply, in this order. `actor`: transform of the actor, applied last.
 void arrange(ReadObject& read, const ObjectSettings& object, bool stand, float size,
              const Transform& actor) {
   Model& model = read.model;
@@ -156,12 +158,12 @@ void arrange(ReadObject& read, const ObjectSettings& object, bool stand, float s
         transform_by(compose(actor, make_transform(object.translate, object.rotate, object.scale)));
     return;
   }
-  const float diagonal = model.box().diagonal();  // before the rotation, which must not change it
+  const float diagonal = model.box().diagonal();  // unrotated, so that no rotation changes the size
   model = transform_by(make_transform({}, object.rotate, {1, 1, 1}));
   const Box box = model.box();
   const float factor = size > 0 && diagonal > 0 ? size / diagonal : 1;
-  const Vec3 foot{box.center().x, box.low.y, box.center().z};
-  const Transform to_origin = make_transform(-factor * foot, {}, {factor, factor, factor});
+  const Vec3 bottom_center{box.center().x, box.low.y, box.center().z};
+  const Transform to_origin = make_transform(-factor * bottom_center, {}, {factor, factor, factor});
   const Transform user_transform = make_transform(object.translate, {}, object.scale);
   model = transform_by(compose(actor, compose(user_transform, to_origin)));
 }
@@ -182,8 +184,8 @@ void place_object(const Scene& scene, const ChainObject& chained, ReadObject& re
 }
 
 /// Reads the reference mesh of a sequence that takes part in a morph: the mesh that balls are
-/// fitted to. Returns an empty model for all other objects. Sets placing.vertices if landmarks name
-/// vertices. Errors: as load_mesh().
+/// fitted to. Returns an empty model for all other objects. If landmarks name vertices, sets
+/// placing.vertices to those of this mesh. Errors: as load_mesh().
 Result<Model> load_reference(const ChainObject& chained, const MeshSequence* sequence,
                              ObjectPlacing& placing) {
   if (!sequence || plays_sequence_alone(*chained.actor)) return Model{};
@@ -246,7 +248,7 @@ Result<LoadedScene> load_models(const Scene& scene, std::span<const ChainObject>
 }
 
 std::optional<double> front_azimuth(const ChainObject& object) {
-  // In the order of the values of ObjectSettings::front.
+  // In the order of the enumerators of Front; the first is kAuto.
   static constexpr Vec3 kDirections[] = {{},         {1, 0, 0}, {-1, 0, 0}, {0, 1, 0},
                                          {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
   const ObjectSettings& settings = *object.settings;
@@ -256,13 +258,13 @@ std::optional<double> front_azimuth(const ChainObject& object) {
                                     apply(upright(settings.up), in_file)));
   constexpr float kMinHorizontal = 1e-3f;  // sine of the angle to the vertical
   if (length(Vec3{in_scene.x, 0, in_scene.z}) < kMinHorizontal * length(in_scene) ||
-      in_file == Vec3{})
+      in_file == Vec3{})  // kAuto
     return std::nullopt;
   return exact::atan2(static_cast<double>(in_scene.x), static_cast<double>(in_scene.z));
 }
 
 std::vector<std::size_t> find_first_congruent(std::span<const ChainObject> chain) {
-  return first_with_key(chain, placed_key);
+  return first_with_key(chain, congruence_key);
 }
 
 std::vector<std::size_t> find_first_similar(std::span<const ChainObject> chain) {
@@ -270,7 +272,8 @@ std::vector<std::size_t> find_first_similar(std::span<const ChainObject> chain) 
 }
 
 std::vector<std::string> find_problems(const Scene& scene, std::span<const ChainObject> chain,
-                                       const std::filesystem::path& cache, LoadedScene& loaded) {
+                                       const std::filesystem::path& cache_folder,
+                                       LoadedScene& loaded) {
   std::vector<std::string> problems;
   float size = 0;  // diagonal of the first object (place_object())
   Readings readings(chain);
@@ -290,11 +293,11 @@ std::vector<std::string> find_problems(const Scene& scene, std::span<const Chain
     loaded.references.push_back(reference ? std::move(*reference) : Model{});
     if (meshes) {
       for (std::string& problem : mesh_problems(*meshes)) problems.push_back(std::move(problem));
-      // Without a reference mesh the sequence plays alone, without balls, or is reported above.
+      // A sequence without a reference mesh plays alone, without balls, or is reported above.
       if (loaded.references.back().triangles.empty()) continue;
     }
     if (first_similar[i] != i) continue;
-    // Unfitted spheres suffice: a fit takes seconds, and fails only if they fail, too.
+    // Check with unfitted spheres: a fit takes seconds, and fails only if the spheres fail, too.
     const Activity activity("looking at " + object.name);
     SphereSettings unfitted = object.spheres;
     unfitted.fit = FitKind::kNone;
@@ -302,7 +305,8 @@ std::vector<std::string> find_problems(const Scene& scene, std::span<const Chain
     unfitted.coarse = true;
     if (!read_object) {
       problems.push_back(read_object.error().message);
-    } else if (const auto spheres = approximate_cached(loaded.fitted_model(i), unfitted, cache);
+    } else if (const auto spheres =
+                   approximate_cached(loaded.fitted_model(i), unfitted, cache_folder);
                !spheres) {
       problems.push_back(fmt::format("{}: {}", object.name, spheres.error().message));
     }

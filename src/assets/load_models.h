@@ -15,13 +15,13 @@
 
 namespace polymorph {
 
-/// Reads the models, with their textures if `textures`, and places them in the scene. `chain`:
+/// Reads the models and, if `textures`, their textures, and places them in the scene. `chain`:
 /// chain_objects(scene). Errors: kInput.
 Result<LoadedScene> load_models(const Scene& scene, std::span<const ChainObject> chain,
                                 bool textures);
 
-/// Computes the azimuth of an object's front in the scene, in radians from +z towards +x. Empty if
-/// ObjectSettings::front is kAuto or the front faces straight up or down.
+/// Computes the azimuth of an object's front in the scene, in radians from +z towards +x. Returns
+/// nullopt if ObjectSettings::front is kAuto or the front faces straight up or down.
 std::optional<double> front_azimuth(const ChainObject& object);
 
 /// Rotates a model in file coordinates so that its axis `up` becomes +y. Its points keep their
@@ -50,7 +50,8 @@ Result<std::shared_ptr<const Image>> load_environment(const Scene& scene);
 /// Returns one line for each blend that has a frame in which all weights are 0.
 std::vector<std::string> find_weight_problems(const Scene& scene);
 
-/// Returns the reason why a turntable cannot show its scene; empty if it can.
+/// Returns an error line if the scene is a turntable of a frame (FrameSettings::still) beyond the
+/// film's end; else an empty string.
 std::string find_turntable_problem(const Scene& scene);
 
 }  // namespace polymorph

@@ -17,11 +17,11 @@ Transform upright(UpAxis up);
 /// An object as it was read, rotated upright.
 struct ReadObject {
   Model model;
-  ObjectPlacing placing;  ///< `to_scene` leads only to the upright `model` at first
+  ObjectPlacing placing;  ///< `to_scene` is only upright() until load_models() places the object
 };
 
-/// Reads an object. `textures`: reads the textures of its materials, too. `vertices`: sets
-/// placing.vertices. Adds the reader's warnings. Errors: as load_model().
+/// Reads an object. `textures`: whether to read the textures of its materials. `vertices`: whether
+/// to set placing.vertices. Adds the reader's warnings to `warnings`. Errors: as load_model().
 Result<ReadObject> load_object(const ObjectSettings& object, bool textures, bool vertices,
                                std::vector<std::string>& warnings);
 

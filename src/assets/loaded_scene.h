@@ -18,7 +18,7 @@ namespace polymorph {
 
 /// Transform of an object from its file's coordinates to those of the scene.
 struct ObjectPlacing {
-  Transform to_scene;            ///< product of upright() (read_object.h) and `steps`
+  Transform to_scene;            ///< upright() (load_object.h), followed by all `steps`
   std::vector<Transform> steps;  ///< transforms that follow upright(), in order of application
   Box box;                       ///< bounding box in the file's coordinates
   std::vector<Vec3> vertices;    ///< vertices as in the file; empty unless a landmark names one
@@ -34,8 +34,9 @@ struct MeshFile {
   int number = 0;          ///< number in the sequence (ObjectSettings::range)
   std::string digest;      ///< model_digest() of the mesh as it was read
   std::string velocities;  ///< hash of the velocities that the file stores; empty: none
-  std::string topology;    ///< hash of its faces; if equal, points of equal index correspond
-  std::string problem;     ///< reason why it cannot be shown; empty if it can
+  /// Hash of its faces. In two meshes with equal hashes, points of equal index correspond.
+  std::string topology;
+  std::string problem;  ///< reason why the mesh cannot be shown; empty if it can
 };
 
 /// Textures that are in use, by pixel_digest().

@@ -21,13 +21,15 @@ namespace {
 constexpr double kProgramBytes = 25e6;
 constexpr double kTreeBytesPerTriangle = 270;
 constexpr double kBytesPerFittedBall = 250e3;
-constexpr double kMinFitBytes = 40e6;  ///< surface that a fit examines, for any number of balls
-/// While a grid of distances is made: a smoothed copy and squared distances to ridges.
-constexpr double kMakingBytesPerPoint = 7;
-/// Values of a mixture of three objects or more, and points near its surface.
+/// Minimum of a fit: the surface that it examines, which has the same size for any number of balls.
+constexpr double kMinFitBytes = 40e6;
+/// Per point of a grid of distances, while it is made: a smoothed copy and squared distances to
+/// ridges.
+constexpr double kGridTemporaryBytesPerPoint = 7;
+/// Per grid point: values of a mixture of three objects or more, and points near its surface.
 constexpr double kMixtureBytesPerPoint = 12;
 /// Number of triangles of a surface / resolution^2.
-constexpr double kTrianglesPerSquare = 8;
+constexpr double kTrianglesPerSquaredResolution = 8;
 constexpr double kBytesPerSurfaceTriangle = 450;
 constexpr double kBytesPerTracedTriangle = 165;  ///< per traced picture beyond the first
 
@@ -36,13 +38,13 @@ double bytes_of(const std::vector<T>& values) {
   return static_cast<double>(values.size() * sizeof(T));
 }
 
-/// Bytes of a model without its textures.
+/// Computes the bytes of a model without its textures.
 double bytes_of(const Model& model) {
   return bytes_of(model.points) + bytes_of(model.triangles) + bytes_of(model.corner_normals) +
          bytes_of(model.corner_uvs) + bytes_of(model.labels) + bytes_of(model.triangle_materials);
 }
 
-/// Number of points of a grid.
+/// Counts the points of a grid.
 double point_count(const Grid& grid) {
   return static_cast<double>(grid.points.x) * grid.points.y * grid.points.z;
 }
@@ -59,13 +61,14 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
                                const LoadedScene& loaded, std::span<const SharedActor> shared,
                                std::size_t pictures) {
   std::span<const Model> models = loaded.models;
-  // Bytes, but for `surface_triangles`. `maps` and `mixtures` are parts of
+  // All of these are bytes, except `surface_triangles`. `maps` and `mixtures` become a part of
   // MemoryEstimate::surfaces.
   double models_bytes = 0, trees = 0, fits = 0, distances = 0, grid_temporaries = 0,
          surface_triangles = 0, maps = 0;
   double mixtures = 0, copies = 0;
   std::set<const Image*> textures;  // counted so far, because models share textures
-  // Sequences: each thread reads one mesh, and each frame in progress has one.
+  // Sequences: the survey holds one mesh per thread. Later each frame in progress holds one: half
+  // of the pictures (rounded up) are being traced, and one more frame is being prepared.
   for (const auto& sequence : loaded.sequences) {
     if (!sequence) continue;
     const auto meshes_held = static_cast<double>(
@@ -83,8 +86,8 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
     const std::size_t actor = next++;
     const std::span<const Model> actor_models = models.first(objects.size());
     models = models.subspan(objects.size());
-    // Triangles of the actor's surface while it morphs.
-    const double triangles_between = kTrianglesPerSquare *
+    // Number of triangles of the actor's surface while it morphs.
+    const double triangles_between = kTrianglesPerSquaredResolution *
                                      static_cast<double>(scene.surface.resolution) *
                                      scene.surface.resolution;
     // An actor that shares the objects of an earlier one has copies of their models while files are
@@ -107,7 +110,7 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
           models_bytes += bytes_of(texture->pixels);
     }
     if (plays_sequence_alone(*objects.front().actor)) continue;
-    // The surface of the morph, and the smooth map and grid of values that it is made from.
+    // The surface of the morph, and the smooth map and the grid of values that it is made from.
     Box box;
     for (const Model& model : actor_models) box = unite(box, model.box());
     const Vec3 size = box.size();
@@ -124,7 +127,8 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
     if (mixes_many(timeline))
       mixtures +=
           kMixtureBytesPerPoint * point_count(make_distance_grid(box, static_cast<float>(cell)));
-    // Grids of the objects' distances, with cells half as long as those of the surface.
+    // Grids of the objects' distances, with cells half as long as the surface's
+    // (field/distance_cache.cpp).
     for (std::size_t i = 0; i < objects.size(); ++i) {
       const bool is_sequence = is_mesh_sequence(*objects[i].settings);
       if (!leg_kinds(timeline, i).distances || (actor_models[i].triangles.empty() && !is_sequence))
@@ -133,7 +137,7 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
           point_count(make_distance_grid(actor_models[i].box(), 0.5f * static_cast<float>(cell)));
       // Two grids, with and without detail, for the reference and for each cached pose.
       distances += 2 * sizeof(float) * points * (is_sequence ? 1 + kMaxCachedPoses : 1);
-      grid_temporaries = std::max(grid_temporaries, kMakingBytesPerPoint * points);
+      grid_temporaries = std::max(grid_temporaries, kGridTemporaryBytesPerPoint * points);
     }
   }
   // Half of the pictures are being traced and the others written.
@@ -179,11 +183,11 @@ Status check_model_files(std::span<const ChainObject> chain, std::uint64_t limit
 
 Status check_memory(const MemoryEstimate& estimate, std::uint64_t limit) {
   if (limit == 0 || estimate.total() <= limit) return Ok{};
-  struct Part {
+  struct Item {
     std::uint64_t bytes;
-    const char *what, *remedy;
+    const char *name, *remedy;
   };
-  const Part parts[] = {
+  const Item items[] = {
       {estimate.program, "the program itself", ""},
       {std::max(estimate.models, estimate.copies), "models and textures",
        "smaller models or textures, "},
@@ -193,15 +197,15 @@ Status check_memory(const MemoryEstimate& estimate, std::uint64_t limit) {
        "a lower surface.resolution, "},
       {estimate.surfaces, "surfaces", "a lower surface.resolution, "},
       {estimate.pictures, "pictures", "smaller pictures, fewer image.aovs, "}};
-  const Part& largest =
-      *std::max_element(std::begin(parts), std::end(parts),
-                        [](const Part& a, const Part& b) { return a.bytes < b.bytes; });
+  const Item& largest =
+      *std::max_element(std::begin(items), std::end(items),
+                        [](const Item& a, const Item& b) { return a.bytes < b.bytes; });
   return make_error(
       ErrorCode::kResource,
       "the scene needs about {} of memory, {} of it for {}, and the limit is {} - use "
       "{}or raise --max-memory",
       format_bytes(static_cast<double>(estimate.total())),
-      format_bytes(static_cast<double>(largest.bytes)), largest.what,
+      format_bytes(static_cast<double>(largest.bytes)), largest.name,
       format_bytes(static_cast<double>(limit)), largest.remedy);
 }
 

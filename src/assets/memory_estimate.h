@@ -29,9 +29,9 @@ struct MemoryEstimate {
   /// Returns the peak. `copies` are freed before `trees` and all later members, and
   /// `grid_temporaries` before `surfaces` and `pictures`, so the larger of each two counts.
   std::uint64_t total() const {
-    const std::uint64_t objects =
+    const std::uint64_t after_copies =
         trees + fits + distances + std::max(grid_temporaries, surfaces + pictures);
-    return program + models + std::max(copies, objects);
+    return program + models + std::max(copies, after_copies);
   }
 };
 
@@ -52,11 +52,11 @@ struct MemoryLimit {
 };
 
 /// Checks that no model file, which is read as a whole, is larger than `limit` bytes (0: no limit).
-/// Errors: kResource.
+/// Files that cannot be examined pass. Errors: kResource.
 Status check_model_files(std::span<const ChainObject> chain, std::uint64_t limit);
 
-/// Checks that the estimate is at most `limit` bytes (0: no limit). Errors: kResource, with both
-/// numbers and the largest part.
+/// Checks that the estimate is at most `limit` bytes (0: no limit). Errors: kResource, with the
+/// estimate, the limit and the largest item of the estimate.
 Status check_memory(const MemoryEstimate& estimate, std::uint64_t limit);
 
 }  // namespace polymorph

@@ -44,15 +44,15 @@ Vec3 pull_direction_back(const Transform& t, Vec3 direction) {
   return {column(0), column(1), column(2)};
 }
 
-/// Lists the directions, in file coordinates, in which a sequence's outermost points are sought:
-/// the directions that the object's rotation maps to cube_directions(), and those that all
-/// transforms map to the scene's axes, so that boxes in the scene are exact.
+/// Lists the directions in which a sequence's outermost points are sought, in the coordinates of
+/// its upright meshes: the directions that the object's rotation maps to cube_directions(), and
+/// those that all transforms map to the scene's axes, so that boxes in the scene are exact.
 std::vector<Vec3> survey_directions(const Scene& scene, const ChainObject& chained) {
   const ObjectSettings& object = *chained.settings;
   const ActorSettings& actor = *chained.actor;
   const bool stand = scene.arrange == Arrange::kStand && object.arrange;
   const Transform rotation = make_transform({}, object.rotate, {1, 1, 1});
-  // Standing objects are scaled after their rotation, others before (load_models()).
+  // Standing objects are scaled after their rotation, others before (arrange(), load_models.cpp).
   const Transform placing = stand ? compose(make_transform({}, {}, object.scale), rotation)
                                   : make_transform({}, object.rotate, object.scale);
   const Transform to_scene = compose(make_transform({}, actor.rotate, actor.scale), placing);
@@ -90,8 +90,8 @@ ObjectSettings mesh_settings(const ObjectSettings& sequence, const std::filesyst
   return object;
 }
 
-/// Hashes the faces: equal for meshes that differ only in their points' positions. The orientation
-/// of faces is ignored, because it depends on the positions.
+/// Hashes the faces. Meshes that differ only in their points' positions have equal hashes. The
+/// orientation of faces is ignored, because the reader chooses it by the positions.
 std::string topology_digest(const Model& model) {
   std::vector<std::uint32_t> corners;
   for (const Triangle& t : model.triangles) {
@@ -110,11 +110,11 @@ std::string velocity_digest(const std::vector<PointVelocity>& velocities) {
   return hasher.hex();
 }
 
-/// If the scene needs motion, logs between how many meshes no motion is known.
+/// If the scene needs motion, logs the number of meshes whose motion to the next one is unknown.
 void log_unknown_motion(const Scene& scene, const MeshSequence& sequence) {
   if (!needs_motion(scene)) return;
   const std::vector<MeshFile>& files = sequence.files;
-  std::size_t unknown = 0, first = 0;  // number of steps without known motion, and first of them
+  std::size_t unknown = 0, first = 0;  // number of these meshes, and index of the first
   for (std::size_t i = files.size(); i-- > 1;)
     if (files[i - 1].topology != files[i].topology && files[i - 1].velocities.empty())
       ++unknown, first = i - 1;
@@ -128,7 +128,7 @@ void log_unknown_motion(const Scene& scene, const MeshSequence& sequence) {
 /// Properties of one mesh that the survey keeps.
 struct MeshFacts {
   std::vector<Vec3> outermost;  ///< points farthest along survey_directions()
-  Box box;                      ///< box in the file's coordinates
+  Box box;                      ///< bounding box in the file's coordinates
   std::vector<std::string> labels, warnings;
   std::uint64_t bytes = 0;  ///< model_bytes()
   std::size_t triangles = 0, textures = 0;
@@ -165,10 +165,10 @@ MeshFacts inspect_mesh(const ObjectSettings& object, const std::vector<Vec3>& di
 }
 
 /// Adds the warnings of the first mesh that has any, and the number of other meshes that have any.
-/// A pose of an animated model counts only if its warnings differ from those of the first pose.
+/// Of these, a pose of an animated model counts only if its warnings differ from the first ones.
 void add_warnings(const MeshSequence& sequence, const std::vector<MeshFacts>& facts,
                   std::vector<std::string>& warnings) {
-  const std::string model = sequence.object.model.string();
+  const std::string model_path = sequence.object.model.string();
   const bool are_poses = parse_pose_path(sequence.files.front().file).has_value();
   std::vector<std::string> first_warnings;
   std::size_t others = 0;  // other meshes with warnings
@@ -177,7 +177,8 @@ void add_warnings(const MeshSequence& sequence, const std::vector<MeshFacts>& fa
     const std::string file = sequence.files[i].file.string();
     // Name the model instead of the pose, so that equal warnings of two poses compare equal.
     for (std::string& warning : mesh_warnings)
-      if (are_poses && warning.starts_with(file)) warning = model + warning.substr(file.size());
+      if (are_poses && warning.starts_with(file))
+        warning = model_path + warning.substr(file.size());
     if (mesh_warnings.empty() || (are_poses && mesh_warnings == first_warnings)) continue;
     if (!first_warnings.empty()) ++others;
     if (first_warnings.empty()) first_warnings = std::move(mesh_warnings);
@@ -185,8 +186,8 @@ void add_warnings(const MeshSequence& sequence, const std::vector<MeshFacts>& fa
   warnings.insert(warnings.end(), first_warnings.begin(), first_warnings.end());
   if (others > 0)
     warnings.push_back(fmt::format(
-        "{}: {} more mesh{} warnings of {} own - info FILE prints those of a mesh", model, others,
-        others == 1 ? " has" : "es have", others == 1 ? "its" : "their"));
+        "{}: {} more mesh{} warnings of {} own - info FILE prints those of a mesh", model_path,
+        others, others == 1 ? " has" : "es have", others == 1 ? "its" : "their"));
 }
 
 /// Returns the index of the first mesh that can be shown; 0 if none can.
@@ -233,7 +234,7 @@ Result<MeshSurvey> survey_meshes(const Scene& scene, const ChainObject& object, 
   Model& model = survey.stand_in.model;
   survey.stand_in.placing.to_scene = upright(settings.up);
   model.name = settings.name;
-  model.materials.emplace_back();
+  model.materials.emplace_back();  // a model has one material or more
   for (const MeshFacts& mesh_facts : facts) {
     model.points.insert(model.points.end(), mesh_facts.outermost.begin(),
                         mesh_facts.outermost.end());
@@ -251,7 +252,7 @@ Result<MeshSurvey> survey_meshes(const Scene& scene, const ChainObject& object, 
     if (std::string others = describe_other_animations(*pose); !others.empty())
       warnings.push_back(std::move(others));
   log_unknown_motion(scene, sequence);
-  if (model.points.empty())
+  if (model.points.empty())  // no mesh could be read
     return make_error(ErrorCode::kInput, "{}", sequence.files.front().problem);
   return survey;
 }
@@ -293,14 +294,14 @@ Result<std::vector<Vec3>> compute_mesh_motion(const MeshSequence& sequence, cons
     return motion;
   }
   if (file.velocities.empty()) return motion;
-  // Read the mesh once more, in the coordinates of its file, in which the velocities are stored.
+  // Read the mesh once more, in the file's coordinates, in which the velocities are stored.
   std::vector<std::string> warnings;  // the survey has reported them
   ObjectSettings as_stored = mesh_settings(sequence.object, file.file);
   as_stored.up = UpAxis::kY;
   PM_TRY(const ReadObject stored,
          load_object(as_stored, /*textures=*/false, /*vertices=*/true, warnings));
-  // Map points to velocities. Use the coordinates of load_object() as keys where possible, because
-  // load_ply_velocities() may round the same digits differently.
+  // Map points to velocities. If both lists have the same length, use the coordinates of
+  // load_object() as keys, because load_ply_velocities() may round the same digits differently.
   const std::vector<PointVelocity> velocities = load_ply_velocities(file.file);
   const std::vector<Vec3>& vertices = stored.placing.vertices;
   std::map<std::array<float, 3>, Vec3> velocity_at;
@@ -320,7 +321,8 @@ Result<std::vector<Vec3>> compute_mesh_motion(const MeshSequence& sequence, cons
   for (const Vec3 p : stored.model.points) {
     const auto entry = velocity_at.find({p.x, p.y, p.z});
     Vec3 velocity = entry == velocity_at.end() ? Vec3{} : entry->second;
-    constexpr float kMaxSpeed = 1e15f;  // as for coordinates; NaN fails the test, too
+    // The limit of coordinates (model/load/text_lines.cpp), per second; NaN fails the test, too.
+    constexpr float kMaxSpeed = 1e15f;
     if (!(length(velocity) < kMaxSpeed)) velocity = {};
     motion.push_back((apply(to_scene, velocity) - origin) * (direction / step.fps));
   }
@@ -338,7 +340,7 @@ std::vector<std::string> mesh_problems(const MeshSequence& sequence) {
 }
 
 std::string describe_meshes(const MeshSequence& sequence) {
-  std::size_t broken = 0;
+  std::size_t broken = 0;  // meshes that cannot be shown, besides missing ones
   for (const MeshFile& file : sequence.files) {
     if (!file.problem.empty() && model_exists(file.file)) ++broken;
   }

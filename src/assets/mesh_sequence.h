@@ -12,16 +12,17 @@
 
 namespace polymorph {
 
+/// Result of survey_meshes().
 struct MeshSurvey {
   ReadObject stand_in;    ///< outermost points of all meshes, without faces, rotated upright
   MeshSequence sequence;  ///< complete except for `steps`
 };
 
 /// Reads all meshes of a sequence, one per thread at a time, and keeps only what decides the
-/// sequence's placement, the camera and the frames' hashes. `textures`: textures are read, too.
-/// Adds the warnings of the first mesh that has any, and the number of other meshes with warnings.
-/// A mesh that cannot be read is reported in MeshFile::problem. Errors: kInput if no mesh can be
-/// read.
+/// sequence's placement, the camera and the frames' hashes. `textures`: whether to read textures,
+/// too. Adds to `warnings` those of the first mesh that has any, and the number of other meshes
+/// with warnings. A mesh that cannot be read is reported in MeshFile::problem. Errors: kInput if no
+/// mesh can be read.
 Result<MeshSurvey> survey_meshes(const Scene& scene, const ChainObject& object, bool textures,
                                  std::vector<std::string>& warnings);
 
@@ -39,16 +40,17 @@ struct MeshStep {
   float fps = 24;          ///< frames per second
 };
 /// Computes the displacement, per frame, of each point of `shown`, which is load_mesh() of
-/// `step.mesh`. If both meshes have the same faces, it leads to the point of the same index in the
-/// next mesh; else it is the velocity that the file stores, divided by fps. Returns an empty list
-/// if the mesh stays the same or no motion is known. Errors: as load_mesh().
+/// `step.mesh`. If both meshes have the same faces, a displacement leads to the point of the same
+/// index in the next mesh; else it is the velocity that the file stores, divided by fps. Returns an
+/// empty list if the mesh stays the same or no motion is known. Errors: as load_mesh().
 Result<std::vector<Vec3>> compute_mesh_motion(const MeshSequence& sequence, const Model& shown,
                                               const MeshStep& step);
 
 /// Returns one line for each mesh that cannot be shown.
 std::vector<std::string> mesh_problems(const MeshSequence& sequence);
 
-/// Describes the files: "dancer: 240 meshes, frames 1 to 240, 1 missing, at most 9000 triangles".
+/// Describes the files: "dancer: 240 meshes, frames 1 to 240, 1 missing, 2 broken, at most 9000
+/// triangles". Files that exist but cannot be shown are broken.
 std::string describe_meshes(const MeshSequence& sequence);
 
 }  // namespace polymorph

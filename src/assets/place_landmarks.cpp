@@ -36,8 +36,8 @@ struct LoadedObject {
   const ObjectPlacing& placing;
 };
 
-/// Returns the landmark in the file's coordinates. If there is no such vertex, adds a problem and
-/// returns nothing.
+/// Returns the landmark's point in the file's coordinates. If the file has no such vertex, adds a
+/// problem and returns nullopt.
 std::optional<Vec3> point_in_file(const LoadedObject& object, const LandmarkPoint& landmark,
                                   LandmarkProblems& problems) {
   if (landmark.point) return landmark.point;
@@ -49,7 +49,8 @@ std::optional<Vec3> point_in_file(const LoadedObject& object, const LandmarkPoin
   return std::nullopt;
 }
 
-/// Moves the landmarks of one object to the closest points of its surface.
+/// Moves the landmarks of one object to the closest points of its surface. Leaves out those that
+/// cannot be used, with a problem for each.
 PlacedLandmarks place_on_surface(const LoadedObject& object, const ObjectLandmarks& landmarks,
                                  LandmarkProblems& problems) {
   // As fractions of `size`: maximum distance from the surface, minimum distance of two landmarks.

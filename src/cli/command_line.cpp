@@ -132,6 +132,7 @@ bool is_junit(const std::string& file) {
 /// --log-file follows the rule in base/log.h; names of -o and --diff depend on the frames, so the
 /// commands check them.
 Status check_side_outputs(const CLI::App& program, bool overwrite) {
+  // Arguments that are existing files are inputs, which no output may replace.
   for (const std::string& word : positional_values(program)) remember_input(word);
   const bool resumes = is_given(program, "--skip-existing");
   for (const char* name : {"--json", "--html", "--csv", "--junit", "--receipt"}) {
@@ -215,7 +216,7 @@ int run_action(CommandLine& line) {
     return static_cast<int>(status.error().code);
   }
   const auto exit_code = line.action();
-  set_status_line("");
+  set_status_line("");  // removes the progress display
   if (exit_code) return *exit_code;
   print_error(exit_code.error());
   if (progress_mode(line.common) == ProgressMode::kOpenJd) print_openjd_failure(exit_code.error());
@@ -412,7 +413,7 @@ int run_program(int argc, char** argv) {
     if (!command.has_option("--overwrite"))
       add_overwrite(command, line.common).group(compute_option_group(command.name()));
 
-  // -h, --help and --version are answered before parsing, at any place in argv.
+  // -h, --help and --version are answered before parsing, at any place in argv; -V only alone.
   const auto has_flag = [&](const char* flag) {
     return std::any_of(argv + 1, argv + argc,
                        [&](const char* a) { return std::string_view(a) == flag; });
@@ -443,7 +444,7 @@ int run_program(int argc, char** argv) {
   try {
     return finish_output(run_action(line));
   } catch (const Interrupted&) {
-    set_status_line("");
+    set_status_line("");  // removes the progress display
     log_message(LogLevel::kError, "stopped - what is written is whole");
     return static_cast<int>(stop_code());
   } catch (const std::bad_alloc&) {

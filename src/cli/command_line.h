@@ -32,7 +32,7 @@ enum class ProgressMode {
   kLines,   ///< one line of the log per frame
   kJson,    ///< one JSON object per frame, and the log as JSON, too
   kOpenJd,  ///< lines for a session of Open Job Description
-  kNone,
+  kNone,    ///< nothing
 };
 
 /// Options that every command has.
@@ -107,13 +107,15 @@ Status write_text(const JsonOutput& json, const std::string& text);
 void print_bytes(std::string_view bytes);
 
 /// Prints text to standard output, made safe by printable() (base/text.h). The work goes on if the
-/// reader has closed the pipe; run_program() fails if the disk is full.
+/// text cannot be written. run_program() then returns kOutput, unless the reader of a pipe has
+/// closed it.
 template <class... Args>
 void print_data(fmt::format_string<Args...> text, Args&&... args) {
   print_bytes(printable(fmt::format(text, std::forward<Args>(args)...), LineBreaks::kKeep));
 }
 
-/// Resolves kAuto: a bar on a terminal, lines elsewhere, nothing with --quiet.
+/// Returns the mode of --progress. Resolves kAuto: a bar on a terminal, lines elsewhere, nothing
+/// with --quiet.
 ProgressMode progress_mode(const CommonOptions& common);
 /// Returns the folder of the cache; empty: there is none, or --no-cache is given.
 std::filesystem::path cache_folder(const CommonOptions& common);

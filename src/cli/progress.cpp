@@ -41,8 +41,8 @@ std::string first_file(const FrameRecord& record) {
   return record.files.empty() ? "" : record.files.front().string();
 }
 
-/// Draws the bar in the width of the terminal, with the estimated time that is left. `elapsed`:
-/// seconds since the start.
+/// Draws the bar in the width of the terminal (80 columns if it is unknown), with the estimated
+/// time that is left. `elapsed`: seconds since the start.
 std::string bar_line(std::size_t done, std::size_t count, double elapsed) {
   struct winsize size {};
   const int columns =
@@ -51,7 +51,7 @@ std::string bar_line(std::size_t done, std::size_t count, double elapsed) {
       " {}/{} frames  {} left", done, count,
       format_seconds(
           done > 0 ? elapsed / static_cast<double>(done) * static_cast<double>(count - done) : 0));
-  // 8 to 40 columns between the brackets. Three columns stay free: the brackets and the last one.
+  // The bar has 8 to 40 columns. Three more are for its brackets and an empty last column.
   const auto width =
       static_cast<std::size_t>(std::clamp(columns - static_cast<int>(tail.size()) - 3, 8, 40));
   const std::size_t filled = width * done / std::max<std::size_t>(count, 1);

@@ -39,8 +39,9 @@ class Heartbeat {
   const std::size_t frames_;
   std::mutex mutex_;
   std::condition_variable changed_;  ///< notified when a flag below is set
-  std::size_t done_ = 0;
-  bool restarted_ = false, ended_ = false;  ///< tell `thread_` to restart the interval, or to end
+  std::size_t done_ = 0;             ///< number of finished frames
+  /// Requests to `thread_`, set by restart() and by the destructor.
+  bool restarted_ = false, ended_ = false;
   std::thread thread_;
 };
 

@@ -11,6 +11,7 @@
 
 namespace polymorph {
 
+/// Values of --report, --html and --junit.
 struct ReportOptions {
   std::string folder, html, junit;  ///< paths; empty: not written
   /// Tests whether a page with pictures is written.
@@ -19,11 +20,10 @@ struct ReportOptions {
 /// Adds --report, --html and --junit.
 void add_report(Command command, ReportOptions& options);
 
-/// Checks before any work that the report's folder can be written (run_program() checks the files
-/// of
-/// --html and --junit). Removes an earlier report from it, which would be mistaken for this run's
-/// if the run fails. Errors: kOutput, also if the folder has other files of the report's names and
-/// `overwrite` is false.
+/// Checks before any work that the report's folder can be written. (run_program() checks the files
+/// of --html and --junit.) Removes an earlier report from the folder, which would be mistaken for
+/// this run's if the run fails. Errors: kOutput, also if the folder has other files of the report's
+/// names and `overwrite` is false.
 Status begin_report(const ReportOptions& options, bool overwrite);
 /// Writes the reports that the options name. Errors: kOutput.
 Status write_reports(const ReportOptions& options, const Report& report, bool overwrite);

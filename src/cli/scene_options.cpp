@@ -15,8 +15,8 @@ void make_coarse(const Scene& scene, SphereSettings& spheres) {
   if (!is_fitted(scene, spheres)) return;
   spheres.coarse = true;
   spheres.balls = std::min(spheres.balls, kMaxCoarseBalls);
-  spheres.error = 0;
-  spheres.resolution = 0;
+  spheres.error = 0;       // `balls` gives the number of balls
+  spheres.resolution = 0;  // chosen for this number
 }
 
 /// Applies --preview: half the size, a coarser surface and fewer balls; only direct light and one

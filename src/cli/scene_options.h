@@ -11,6 +11,7 @@
 
 namespace polymorph {
 
+/// Values of the options that add_scene_options() adds.
 struct SceneOptions {
   bool preview = false, draft = false;  ///< not both; a draft is a faster preview
   int samples = 0;                      ///< samples per pixel; 0: as in the scene

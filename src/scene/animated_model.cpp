@@ -18,7 +18,7 @@ namespace polymorph {
 namespace {
 
 constexpr char kSeparator = '@';  // precedes an animation's name and a pose's number
-constexpr std::size_t kMaxBytes = std::size_t{1} << 32;  // bytes of a .gltf file
+constexpr std::size_t kMaxBytes = std::size_t{1} << 32;  // of a .gltf file, with embedded buffers
 
 bool is_gltf(const std::filesystem::path& file) {
   const std::string suffix = lower_case(file.extension().string());
@@ -37,12 +37,12 @@ std::string read_gltf_json(const std::filesystem::path& file) {
   const std::uintmax_t size = std::filesystem::file_size(file, error);
   if (error || size < kHeader + kChunk || !std::filesystem::is_regular_file(file, error)) return {};
   std::ifstream in(file, std::ios::binary);
-  char head[kHeader + kChunk] = {};
-  if (!in.read(head, sizeof head) || std::memcmp(head, "glTF", 4) != 0) return {};
+  char headers[kHeader + kChunk] = {};
+  if (!in.read(headers, sizeof headers) || std::memcmp(headers, "glTF", 4) != 0) return {};
   std::uint32_t length = 0;  // bytes of the first chunk, which is JSON
-  std::memcpy(&length, head + kHeader, sizeof length);
-  std::string json(static_cast<std::size_t>(std::min<std::uintmax_t>(length, size - sizeof head)),
-                   '\0');
+  std::memcpy(&length, headers + kHeader, sizeof length);
+  std::string json(
+      static_cast<std::size_t>(std::min<std::uintmax_t>(length, size - sizeof headers)), '\0');
   in.read(json.data(), static_cast<std::streamsize>(json.size()));
   json.resize(static_cast<std::size_t>(in.gcount()));
   return json;
@@ -64,7 +64,7 @@ bool is_file(const std::filesystem::path& path) {
 }
 
 /// Returns the name of an animation in paths. Characters that have a meaning in paths become '_'.
-/// An unnamed animation gets its number, from 1.
+/// The name of an unnamed animation is its number, `index` + 1.
 std::string path_name(const JsonValue& animation, std::size_t index) {
   std::string name = animation.get("name").string;
   for (char& c : name)
@@ -72,7 +72,7 @@ std::string path_name(const JsonValue& animation, std::size_t index) {
   return name.empty() ? std::to_string(index + 1) : name;
 }
 
-/// The item of a list at a JSON index; a null value if there is none.
+/// Finds the item of a list at a JSON index; a null value if there is none.
 const JsonValue& find_item(const JsonValue& list, const JsonValue& index) {
   static const JsonValue none;
   return index.integral && index.integer >= 0 && std::cmp_less(index.integer, list.items.size())
@@ -80,8 +80,8 @@ const JsonValue& find_item(const JsonValue& list, const JsonValue& index) {
              : none;
 }
 
-/// Lists what an animation moves, as pairs (index of a node, whether its morph weights move). If
-/// false, the node's transform moves.
+/// Lists what an animation moves, as pairs (index of a node, kind): true stands for the node's
+/// morph weights, false for its transform.
 std::set<std::pair<std::int64_t, bool>> list_targets(const JsonValue& animation) {
   std::set<std::pair<std::int64_t, bool>> targets;
   for (const JsonValue& channel : animation.get("channels").items) {
@@ -112,7 +112,7 @@ std::optional<KeyTimes> read_key_times(const JsonValue& accessor) {
 /// or are fewer than kMinKeys.
 int find_film_rate(const KeyTimes& times) {
   constexpr int kMinKeys = 6, kMinRate = 24, kMaxRate = 120;  // keys; keys per second
-  constexpr double kRounding = 0.05;                          // allows rates such as 23.976
+  constexpr double kRounding = 0.05;  // keys per second; allows rates such as 23.976
   if (times.count < kMinKeys || !(times.last > times.first)) return 0;
   const double rate = static_cast<double>(times.count - 1) / (times.last - times.first);
   if (!(rate > kMinRate - 1 && rate < kMaxRate + 1)) return 0;  // also keeps lround() in range
@@ -135,7 +135,7 @@ std::optional<AnimatedPose> parse_animation_path(const std::filesystem::path& pa
       is_gltf(path) && !is_file(path) ? split_at_separator(path) : std::nullopt;
   if (!model_and_name || model_and_name->second.empty() || !is_file(model_and_name->first))
     return std::nullopt;
-  return AnimatedPose{model_and_name->first, model_and_name->second, 1};
+  return AnimatedPose{model_and_name->first, model_and_name->second, /*number=*/1};
 }
 
 std::optional<AnimatedPose> parse_pose_path(const std::filesystem::path& path) {
@@ -143,7 +143,7 @@ std::optional<AnimatedPose> parse_pose_path(const std::filesystem::path& path) {
   std::error_code error;
   if (!model_and_number || std::filesystem::exists(path, error)) return std::nullopt;
   const auto number = parse_integer(model_and_number->second);
-  // The limit is above every Animation::pose_count().
+  // The limit of a million is above every Animation::pose_count().
   if (!number || *number < 1 || *number > 1000000) return std::nullopt;
   AnimatedPose pose;
   if (is_file(model_and_number->first))

@@ -11,8 +11,8 @@ namespace {
 /// Leaves out lists of objects, because a path to their keys needs an index.
 void add_keys(const JsonValue& schema, const std::string& path, std::vector<std::string>& list);
 
-/// Adds the assignments of a key's enumerated values, and of the keys inside it. Returns whether
-/// there are any.
+/// Adds the assignments of a key's enumerated values, and of the keys inside it. Returns whether it
+/// added any.
 bool add_values(const JsonValue& schema, const std::string& key, std::vector<std::string>& list) {
   const std::size_t old_size = list.size();
   for (const JsonValue& word : schema.get("enum").items) list.push_back(key + "=" + word.string);

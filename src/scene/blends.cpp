@@ -30,7 +30,7 @@ void sort_blend(Scene& scene, std::size_t actor) {
   for (std::size_t i = 0; i < blend.size(); ++i) {
     const std::size_t old_index = std::get<3>(keys[i]);
     sorted.push_back(blend[old_index]);
-    for (std::size_t t = 0; t < tracks.size(); ++t)
+    for (std::size_t t = 0; t < tracks.size(); ++t)  // scene.tracks keeps the old pointers
       if (scene.tracks[t].pointer == weight_pointer(actor, old_index))
         tracks[t].pointer = weight_pointer(actor, i);
   }

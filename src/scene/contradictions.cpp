@@ -52,6 +52,8 @@ class ContradictionFinder {
     bool is_blend = false;
   };
 
+  /// Checks an actor by its kind: a blend, a mesh sequence that plays alone, or a chain. `pointer`,
+  /// `value`: its JSON pointer and its JSON.
   void check_actor(const ActorSettings& actor, const std::string& pointer, const JsonValue& value) {
     if (value.find("blend")) return check_blend(actor, pointer, value);
     if (plays_sequence_alone(actor) && !value.find("target"))
@@ -100,6 +102,7 @@ class ContradictionFinder {
              has_own ? value.find("per_leg") : find_in(frames, {"per_leg"}),
              fmt::format("has {} entries for {} (objects - 1)", per_leg.size(), legs_text));
   }
+  /// Checks an actor that mixes its objects.
   void check_blend(const ActorSettings& actor, const std::string& pointer, const JsonValue& value) {
     for (const char* key : {"source", "intermediate", "target"})
       if (const JsonValue* member = value.find(key))
@@ -184,8 +187,8 @@ class ContradictionFinder {
     if (shared) check_landmarks(*shared, "/plan/landmarks", scene_.plan, chains, nullptr);
   }
   /// Checks that each key of `landmarks` names an object of the chains that no other key names, and
-  /// that each landmark exists on a neighbour, too. Objects and landmarks of `shared` (the scene's
-  /// landmarks, may be null) count as existing.
+  /// that a neighbour of the object has a landmark of each name, too. Objects and landmarks of
+  /// `shared` (the scene's landmarks, may be null) count as existing.
   void check_landmarks(const JsonValue& landmarks, const std::string& pointer,
                        const PlanSettings& plan, const std::vector<Chain>& chains,
                        const JsonValue* shared) {
@@ -264,7 +267,7 @@ class ContradictionFinder {
                     fmt::format("leaves {} beside the holds ({} + {}) - {} needed",
                                 plural(moving_frames, "frame"), frames.hold_start, frames.hold_end,
                                 min_frames == 1 ? "at least one is" : "at least two are"));
-    // Without per_leg only the minimum is known.
+    // Without per_leg of the actor, only the minimum number of frames is known.
     int needed_frames = std::accumulate(actor.per_leg.begin(), actor.per_leg.end(), 0);
     for (const ObjectSettings& object : actor.intermediate)
       needed_frames += actor.per_leg.empty() ? 0 : object.hold;
@@ -327,7 +330,7 @@ class ContradictionFinder {
     for (const char* key : keys) value = value ? value->find(key) : nullptr;
     return value;
   }
-  /// Adds an error at a value; null if the value is not in the document.
+  /// Adds an error at `value`, which is null if it is not in the document.
   void report(const std::string& pointer, const JsonValue* value, const std::string& message) {
     report_at(pointer, value ? value->offset : JsonValue::kNowhere, message);
   }

@@ -184,7 +184,7 @@ void describe(V& v, FieldSettings& s) {
 template <class V>
 void describe(V& v, PlanSettings& s) {
   [[maybe_unused]] auto& [method, seed, align, weights, label_mode, structure, labels, landmarks] =
-      s;
+      s;  // `weights` has no keys
   v.choice("method", method,
            {{"index", PlanMethod::kIndex},
             {"nearest", PlanMethod::kNearest},

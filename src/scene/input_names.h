@@ -19,8 +19,9 @@ struct InputNames {
 };
 
 /// Chooses the roots of files with absolute paths: the scene's folder if all files lie below it,
-/// else their deepest common folder. If that is the file system's root, or names would contain a
-/// private folder (base/private_paths.h), it divides the files and chooses several roots.
+/// else their deepest common folder. If this folder is the file system's root, or names would
+/// contain a private folder (base/private_paths.h), divides the files into groups and chooses a
+/// root for each.
 InputNames choose_names(const std::filesystem::path& scene_folder,
                         std::span<const std::filesystem::path> files);
 

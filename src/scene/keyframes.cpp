@@ -1,9 +1,10 @@
 #include "scene/keyframes.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
-#include "base/result.h"
 #include "scene/describe.h"
 
 namespace polymorph {
@@ -29,13 +30,13 @@ double secant(const KeyframeTrack& track, std::size_t i, int c) {
   return (component(b.value, c) - component(a.value, c)) / (b.at - a.at);
 }
 
-/// Slope of kSmooth's curve at key i: the weighted harmonic mean of the slopes of both lines, or 0
-/// if these have different signs and at the first and the last key (value_at()).
+/// Slope of kSmooth's curve at key i: the weighted harmonic mean of the slopes of the lines before
+/// and after it. 0 if these have different signs, and at the first and the last key (value_at()).
 double slope(const KeyframeTrack& track, std::size_t i, int c) {
   if (i == 0 || i + 1 == track.keys.size()) return 0;
   const double slope_before = secant(track, i - 1, c), slope_after = secant(track, i, c);
   if (slope_before * slope_after <= 0) return 0;
-  // Lengths of both intervals, and weights of their slopes.
+  // Lengths h0, h1 of the intervals before and after the key, and weights of their slopes.
   const double h0 = track.keys[i].at - track.keys[i - 1].at;
   const double h1 = track.keys[i + 1].at - track.keys[i].at;
   const double w0 = 2 * h1 + h0, w1 = h1 + 2 * h0;
@@ -58,7 +59,8 @@ double interpolate(const KeyframeTrack& track, std::size_t i, int c, double t) {
   return from + u * (to - from);
 }
 
-/// Visitor of describe() that evaluates every keyframed setting at one time.
+/// Visitor of describe() that evaluates every keyframed setting at one time. Functions with empty
+/// bodies are for settings that cannot have keyframes.
 class KeyframeApplier {
  public:
   KeyframeApplier(const std::vector<KeyframeTrack>& tracks, const FilmTime& time,
@@ -119,7 +121,7 @@ class KeyframeApplier {
   void retired(const char*, const char*) {}
   void before_actors(Scene&) {}
   void actors(const char* key, std::vector<ActorSettings>& values, const char* doc) {
-    // Only weights of blends have keyframes below actors. Skip the actors if there are none.
+    // Of an actor's settings, only weights of a blend have keyframes. Skip the actors if none has.
     const auto is_weight = [](const KeyframeTrack& track) {
       return track.pointer.starts_with("/actors/");
     };

@@ -21,7 +21,7 @@ enum class KeyUnit : std::uint8_t {
 
 /// Interpolation of a value from one key to the next.
 enum class KeyEasing : std::uint8_t {
-  kSmooth,      ///< one monotone curve through all keys, at rest at both ends
+  kSmooth,      ///< one curve through all keys, monotone between two, at rest at both ends
   kLinear,      ///< straight lines
   kSmoothstep,  ///< 3t^2 - 2t^3, at rest at every key
   kQuintic,     ///< 6t^5 - 15t^4 + 10t^3, at rest at every key
@@ -53,8 +53,8 @@ struct FilmTime {
 /// by the weighted harmonic mean, 0 at both ends): values stay between those of neighbouring keys.
 Vec3 value_at(const KeyframeTrack& track, const FilmTime& time);
 
-/// Returns the scene with all keyframed settings evaluated at a time and clamped to their ranges.
-/// Its `tracks` is empty, and its camera.orbit is the angle at that time.
+/// Returns the scene with all keyframed settings evaluated at a time, and numbers clamped to their
+/// ranges. Its `tracks` is empty, and its camera.orbit is the angle at that time.
 Scene scene_at(const Scene& scene, const FilmTime& time);
 
 }  // namespace polymorph

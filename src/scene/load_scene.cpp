@@ -53,7 +53,7 @@ void remember_inputs(const Scene& scene) {
 }  // namespace
 
 std::string to_string(const SceneFinding& finding, const std::string& file) {
-  // Values without a position in the file come from the command line.
+  // Values without a position in the file are reported as overrides by the command line.
   if (finding.line == 0)
     return fmt::format("{}: --set {}: {}", file, finding.pointer, finding.message);
   return fmt::format("{}:{}:{}: {}: {}", file, finding.line, finding.column, finding.pointer,
@@ -62,13 +62,13 @@ std::string to_string(const SceneFinding& finding, const std::string& file) {
 
 Result<SceneReading> read_scene(const std::filesystem::path& path,
                                 std::span<const Override> overrides) {
-  constexpr const char* kModels[] = {".obj", ".glb", ".gltf", ".ply", ".stl",
-                                     ".fbx", ".dae", ".off",  ".3ds"};
+  constexpr const char* kModelSuffixes[] = {".obj", ".glb", ".gltf", ".ply", ".stl",
+                                            ".fbx", ".dae", ".off",  ".3ds"};
   const std::string name = path.string();
   std::string suffix = path.extension().string();
   for (char& c : suffix) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c;  // 'A' to 'a'
-  const bool is_model =
-      std::find(std::begin(kModels), std::end(kModels), suffix) != std::end(kModels);
+  const bool is_model = std::find(std::begin(kModelSuffixes), std::end(kModelSuffixes), suffix) !=
+                        std::end(kModelSuffixes);
   const bool is_animated = is_model && !is_numbered(path) && pose_count(path) > 0;
   // Make a scene that plays the mesh sequence or the animated model.
   if (is_model && (is_animated || is_numbered(path))) {
@@ -78,6 +78,7 @@ Result<SceneReading> read_scene(const std::filesystem::path& path,
     if (const auto rate = find_pose_rate(meshes)) json["frames"] = {{"fps", *rate}};
     return read_scene_text(path, format_json(json), overrides);
   }
+  // A pose, walk@0012.glb, looks like an animation's path, too.
   if (const auto animation_pose = parse_animation_path(path);
       animation_pose && !parse_pose_path(path))
     return make_error(ErrorCode::kInput, "{}", describe_missing_poses(*animation_pose));

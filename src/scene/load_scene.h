@@ -47,7 +47,7 @@ Result<SceneReading> read_scene_text(const std::filesystem::path& path, std::str
 Result<Scene> load_scene(const std::filesystem::path& path,
                          std::span<const Override> overrides = {});
 
-/// Reads a scene as read_scene_text() does, and turns findings into one error.
+/// Reads a scene as read_scene_text() does, and turns findings into one error as load_scene() does.
 Result<Scene> load_scene_text(const std::filesystem::path& path, std::string text,
                               std::span<const Override> overrides = {});
 

@@ -41,7 +41,8 @@ Meshes& all_meshes() {
   return meshes;
 }
 
-/// Suffix of the paths of all meshes. In messages, a colon and the index of a face may follow it.
+/// Suffix of the paths of all meshes. Messages that give a position as FILE:NUMBER then read
+/// "NAME.faces:12", with the index of a face.
 constexpr const char* kSuffix = ".faces";
 
 }  // namespace

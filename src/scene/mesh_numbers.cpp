@@ -98,7 +98,8 @@ std::string describe_sequence(const ObjectSettings& object) {
 std::string sequence_name(const std::filesystem::path& model) {
   const auto pattern = parse_file_pattern(model);
   if (!pattern) return model.stem().string();
-  // "x" replaces the number. Without it, a path that ends in '/' would have no filename().
+  // "x" replaces the number and is removed below. Without it, a path that ends in '/' would have no
+  // filename().
   const std::string before = std::filesystem::path(pattern->before + "x").filename().string(),
                     after = std::filesystem::path(pattern->after).stem().string();
   std::string name = before.substr(0, before.size() - 1);

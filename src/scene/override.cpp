@@ -34,10 +34,10 @@ Status apply_override(JsonDocument& document, std::string_view path, std::string
       node = &node->items[static_cast<std::size_t>(*index)];
       continue;
     }
-    if (node->is_string()) {  // the short form of an object, which key "" keeps
-      JsonValue word = std::move(*node);
+    if (node->is_string()) {  // the short form of an object moves to the key ""
+      JsonValue short_form = std::move(*node);
       *node = JsonValue::object();
-      (*node)[""] = std::move(word);
+      (*node)[""] = std::move(short_form);
     }
     if (!node->is_object()) *node = JsonValue::object();
     node = &(*node)[key];

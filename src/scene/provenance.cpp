@@ -36,8 +36,8 @@ bool is_coarse(const Scene& scene) {
                      [](const ChainObject& object) { return object.settings->spheres.coarse; });
 }
 
-/// Writes the scene as one line of JSON in which the files have the names that headers give them.
-/// Leaves out description, output.file and output.png.
+/// Writes the scene as one line of JSON in which files have their names from `names`. Leaves out
+/// description, output.file and output.png.
 std::string canonical_scene(const Scene& scene, const InputNames& names) {
   Scene canonical = scene;
   canonical.description.clear();
@@ -45,6 +45,7 @@ std::string canonical_scene(const Scene& scene, const InputNames& names) {
   canonical.output.png_bits = scene.output.png_bits;
   canonical.output.color_space = scene.output.color_space;
   canonical.output.multipart = scene.output.multipart;
+  // The names become paths below "/", relative to which scene_to_json() writes them.
   for_each_path(canonical, [&](fs::path& path) { path = fmt::format("/{}", names.name(path)); });
   const auto document = parse_json("scene", scene_to_json(canonical, "/"));
   PM_CHECK(document.ok());
@@ -117,7 +118,7 @@ std::string write_provenance(const Provenance& provenance) {
                  {"program", provenance.program},
                  {"files", files}};
   if (provenance.coarse) json["coarse"] = true;
-  // Append the text of the scene, which is JSON already.
+  // Append the text of the scene, which is JSON already, before the closing brace.
   std::string text = format_json(json);
   text.pop_back();
   return text + (provenance.scene.empty() ? "}" : ",\"scene\":" + provenance.scene + "}");
@@ -205,6 +206,7 @@ std::string encode_provenance(Provenance provenance) {
 }
 
 Result<Provenance> decode_provenance(std::string_view text) {
+  // A generous bound: encode_provenance() writes at most kMaxProvenance bytes.
   if (text.size() > 8 * kMaxProvenance) return refuse("it is too long");
   auto unpacked = unpack_text(text, kMaxText);
   if (!unpacked) return refuse(unpacked.error().message);

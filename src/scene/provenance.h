@@ -61,7 +61,7 @@ Result<Scene> load_provenance_scene(const Provenance& provenance,
                                     const std::filesystem::path& folder, const std::string& name);
 
 /// Compares the files that a frame was made from with the files that were read now. Returns one
-/// line per difference.
+/// line per difference: first those of the frame's files, then files that only this run read.
 std::vector<std::string> compare_inputs(std::span<const InputFile> frame_files,
                                         std::span<const InputFile> read_files);
 

@@ -72,7 +72,7 @@ bool FieldReader::read_keyframes(const char* key, T& out, const F& read, Keyfram
   const bool may_be_keyed = takes_keyframes(keyframes);
   const JsonValue* object = object_.find(key);
   if (!object || object->kind != JsonValue::Kind::kObject) return false;
-  if (!may_be_keyed && !object->find("keys")) return false;
+  if (!may_be_keyed && !object->find("keys")) return false;  // the caller reports an object
   add_known(key);
   if (!may_be_keyed) {
     report(*object, key,
@@ -207,6 +207,7 @@ void FieldReader::color(const char* key, Vec3& out, const char* doc) {
   if (value->kind == JsonValue::Kind::kArray) {
     read_vector(*value, key, out, 0, 1);
   } else if (value->kind == JsonValue::Kind::kString && read_hex(value->string, out)) {
+    // read_hex() has set `out`.
   } else {
     report(*value, key, "must be \"#rrggbb\" (sRGB) or a list of 3 numbers from 0 to 1 (linear)");
   }
@@ -370,6 +371,7 @@ void FieldReader::finish() {
 }
 
 void FieldReader::report(const JsonValue& value, const char* key, const std::string& message) {
+  // In the short form the value has no key of its own in the file.
   report_at(value.offset, &value == word_ ? pointer_ : pointer_ + "/" + key, message);
 }
 

@@ -16,9 +16,9 @@
 
 namespace polymorph {
 
-/// Reads `object`, whose JSON pointer is `pointer`; paths are relative to `folder`. Adds errors to
-/// `findings` and keyframes to `tracks`. With `keyed`, numbers, vectors and colours may have
-/// keyframes.
+/// Visitor that reads `object`, whose JSON pointer is `pointer`; paths are relative to `folder`.
+/// Adds errors to `findings` and keyframes to `tracks`. If `keyed`, numbers, vectors and colours
+/// may have keyframes.
 class FieldReader {
  public:
   FieldReader(const JsonDocument& document, const JsonValue& object, std::string pointer,
@@ -126,6 +126,7 @@ class FieldReader {
 
   /// Reports unknown keys: those that describe() has not visited.
   void finish();
+  /// Adds an error at `value`, the value of `key` or an item of it.
   void report(const JsonValue& value, const char* key, const std::string& message);
 
  private:

@@ -105,7 +105,9 @@ struct MotionSettings {
   float stagger_share = 0.4f;  ///< (last start - first start) / duration of the motion
   Vec3 stagger_axis{0, 1, 0};  ///< kAxis: balls start in the order of their positions along it
   std::uint64_t seed = 0;      ///< random seed of Stagger::kNoise and Path::kExplode
-  bool keep_volume = true;     ///< move the level so that progress u gives volume (1-u) V_A + u V_B
+  /// Move the level so that at progress u the surface encloses the volume (1-u) V_A + u V_B of the
+  /// objects' volumes V_A and V_B.
+  bool keep_volume = true;
 };
 
 /// Axis of a model's file that points up.
@@ -237,7 +239,7 @@ struct PlanSettings {
 
 /// Change between a model and its balls at the ends of a leg.
 enum class BoundaryMethod : std::uint8_t {
-  kProject,    ///< the model's mesh moves onto the balls' surface; kBlend if under 98 % arrives
+  kProject,    ///< the mesh moves onto the balls' surface; kBlend if under 98 % of it arrives there
   kBlend,      ///< one solid interpolated between the model and the balls
   kCrossfade,  ///< the model shrinks while the balls grow, as in the report
   kCut,        ///< a hard cut

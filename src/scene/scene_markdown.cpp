@@ -40,6 +40,7 @@ std::string describe_kind(const JsonValue& schema) {
     return schema.contains("minimum") ? fmt::format("{}, {}", name, range_text(schema)) : name;
   }
   if (type == "boolean") return "true or false";
+  // A landmark's vertex has a pattern, too, but inside a map, which is described as an object.
   if (type == "string") return schema.contains("pattern") ? "colour, `\"#rrggbb\"` (sRGB)" : "text";
   if (type == "array") {
     if (schema.contains("prefixItems"))

@@ -9,7 +9,7 @@
 namespace polymorph {
 namespace {
 
-/// The double whose shortest text is that of a float: 0.12, not 0.11999999731779099.
+/// Returns the double whose shortest text is that of a float: 0.12, not 0.11999999731779099.
 double shorten(float value) { return parse_number(fmt::format("{}", value)).value_or(value); }
 JsonValue shorten(Vec3 v) { return JsonValue::array({shorten(v.x), shorten(v.y), shorten(v.z)}); }
 
@@ -30,7 +30,8 @@ class SchemaWriter {
   }
   void number(const char* key, std::optional<float>&, double low, double high, const char* doc,
               Keyframes keyframes = Keyframes::kAsObject) {
-    add_keyed(key, doc, {{"type", "number"}, {"minimum", low}, {"maximum", high}}, {}, keyframes);
+    add_keyed(key, doc, {{"type", "number"}, {"minimum", low}, {"maximum", high}}, /*initial=*/{},
+              keyframes);
   }
   void boolean(const char* key, bool& value, const char* doc) {
     add(key, doc, {{"type", "boolean"}, {"default", value}});
@@ -62,6 +63,7 @@ class SchemaWriter {
     add(key, doc, {{"type", "string"}});
   }
   void vector(const char* key, Vec3& value, const char* doc) {
+    // The range of FieldReader::vector(), here and below.
     add_keyed(key, doc, vector_schema(-1e6, 1e6), shorten(value));
   }
   void vector(const char* key, std::optional<Vec3>&, const char* doc) {
@@ -119,7 +121,7 @@ class SchemaWriter {
     T value;
     add(key, doc, {{"type", "array"}, {"items", make_schema(value, keyed_)}});
   }
-  // Former keys, and the defaults that actors inherit, concern the reader alone.
+  // Former keys, and the defaults that actors inherit, concern only FieldReader.
   void retired(const char*, const char*) {}
   void before_actors(Scene&) {}
   /// Adds the list of actors, and the keys of a single actor's chain, which may replace it.
@@ -304,7 +306,7 @@ class FieldWriter {
     for (std::size_t i = 0; i < values.size(); ++i)
       json[key].push_back(write_object(values[i], fmt::format("{}/{}/{}", pointer_, key, i)));
   }
-  void retired(const char*, const char*) {}
+  void retired(const char*, const char*) {}  // as in SchemaWriter
   void before_actors(Scene&) {}
   void actors(const char* key, std::vector<ActorSettings>& values, const char* doc) {
     objects(key, values, doc);
@@ -326,7 +328,7 @@ class FieldWriter {
       if (track.pointer != pointer) continue;
       KeyframeTrack settings = track;
       FieldWriter fields(folder_, tracks_, pointer);
-      fields.json["keys"] = JsonValue::array();
+      fields.json["keys"] = JsonValue::array();  // first, so that it precedes the easing
       for (const Keyframe& keyframe : track.keys) {
         const char* unit = track.unit == KeyUnit::kShare   ? "t"
                            : track.unit == KeyUnit::kFrame ? "frame"
@@ -373,7 +375,7 @@ std::string scene_schema() {
 std::string object_to_json(const ObjectSettings& object, const std::vector<KeyframeTrack>& tracks,
                            const std::string& pointer) {
   ObjectSettings copy = object;
-  FieldWriter fields({}, tracks, pointer);
+  FieldWriter fields(/*folder=*/{}, tracks, pointer);
   describe(fields, copy);
   return dump_json(fields.json);
 }

@@ -32,6 +32,7 @@ const TrueModel* find_end_model(const Truth& truth, const std::string& file,
   return truth.find(path, path.stem().string());
 }
 
+/// Measures a morph that is a sequence of mesh files. `truth`: null if no true points are given.
 Result<std::vector<Analysis>> analyze_files(const FramePattern& pattern,
                                             const AnalyzeOptions& options, const Truth* truth,
                                             const AnalyzeProgress& progress) {
@@ -88,9 +89,9 @@ Result<std::vector<Analysis>> analyze_input(const CommandLine& line,
                       "--source and --target are for meshes - a scene names its own");
   PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
   PM_TRY(const Scene scene, load_scene(options.input, overrides));
-  PM_TRY(const EngineScene morph, prepare_on_engine(scene, resources(line.common)));
-  PM_TRY(std::vector<Analysis> morphs,
-         analyze_scene(morph.prepared, *morph.engine, options.frames, progress, truth));
+  PM_TRY(const EngineScene engine_scene, prepare_on_engine(scene, resources(line.common)));
+  PM_TRY(std::vector<Analysis> morphs, analyze_scene(engine_scene.prepared, *engine_scene.engine,
+                                                     options.frames, progress, truth));
   PM_TRY_STATUS(check_truth(morphs, truth));
   return morphs;
 }

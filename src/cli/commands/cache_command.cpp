@@ -150,13 +150,14 @@ void add_cache(CommandLine& line) {
       "  polymorph cache ls\n  polymorph cache verify\n"
       "  polymorph cache gc --max-size 1G --max-age 30d\n  polymorph cache clear",
       "  0 done   1 verify found a bad file   2 usage   4 a file cannot be removed");
-  const std::vector<std::string> shared = {"--json", "--cache-dir"};
+  const std::vector<std::string> shared_options = {"--json", "--cache-dir"};
   add_verbs(
       line, command,
-      {{"ls", "List the files of the cache: what each holds, its size and age.", "", "", shared,
-        "  polymorph cache ls\n  polymorph cache ls --json | jq .bytes", "  0 listed   2 usage",
+      {{"ls", "List the files of the cache: what each holds, its size and age.", "", "",
+        shared_options, "  polymorph cache ls\n  polymorph cache ls --json | jq .bytes",
+        "  0 listed   2 usage",
         [&line, options] { return list_entries(line, *options, /*is_verification=*/false); }},
-       {"verify", "Read every file of the cache and say which are bad.", "", "", shared,
+       {"verify", "Read every file of the cache and say which are bad.", "", "", shared_options,
         "  polymorph cache verify", "  0 all are good   1 a file is bad   2 usage",
         [&line, options] { return list_entries(line, *options, /*is_verification=*/true); }},
        {"gc",
@@ -167,8 +168,8 @@ void add_cache(CommandLine& line) {
         "  polymorph cache gc --max-size 1G --max-age 30d",
         "  0 done   2 usage   4 a file cannot be removed",
         [&line, options] { return collect_garbage(line, *options); }},
-       {"clear", "Remove all files of the cache.", "", "", shared, "  polymorph cache clear",
-        "  0 done   2 usage   4 a file cannot be removed",
+       {"clear", "Remove all files of the cache.", "", "", shared_options,
+        "  polymorph cache clear", "  0 done   2 usage   4 a file cannot be removed",
         [&line, options] { return remove_entries(line, *options); }}});
   command.add_option("--max-size", options->max_size, "SIZE",
                      "keep at most this much: bytes, or with K, M, G or T (1024 each)");

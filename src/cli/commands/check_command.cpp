@@ -51,25 +51,25 @@ std::string describe_object(const std::string& name, const Diagnosis& d) {
   return text;
 }
 
-/// Quality of an object's balls, and the direction of their mirror plane.
+/// Quality of an object's balls, and the front that their mirror plane suggests.
 struct FitFindings {
   ApproximationQuality quality;
   std::optional<double> front_axis;  ///< find_front_axis(): azimuth in radians; empty: no plane
 };
 
-/// Fits the balls of an object and measures the fit. Returns nothing if no balls can be fitted.
+/// Fits the balls of an object and measures the fit. Returns nullopt if no balls can be fitted.
 Result<std::optional<FitFindings>> measure_fit(const Model& model, const ObjectSettings& object,
                                                const std::filesystem::path& cache) {
   const Activity activity("fitting balls to " + object.name);
   const auto proxy = make_solid_proxy(model, object.spheres);
-  if (!proxy) return std::optional<FitFindings>();  // the diagnosis reports the reason
-  const auto approximation = approximate_cached(model, object.spheres, cache, &*proxy);
-  if (!approximation || approximation->balls.empty()) return std::optional<FitFindings>();
+  if (!proxy) return std::optional<FitFindings>();   // the diagnosis reports the reason
   const std::optional<Model>& solid_proxy = *proxy;  // empty: the model itself is solid
+  const auto approximation = approximate_cached(model, object.spheres, cache, &solid_proxy);
+  if (!approximation || approximation->balls.empty()) return std::optional<FitFindings>();
   const Model& solid = solid_proxy ? *solid_proxy : model;
   PM_TRY(const ApproximationQuality quality,
          measure_quality(solid, InsideTest(solid), approximation->balls, FieldKind::kGaussian,
-                         {96, 5e4}));  // cells along the longest side; points of the volume lattice
+                         {/*grid=*/96, /*points=*/5e4}));
   return std::optional(FitFindings{quality, find_front_axis(find_limbs(approximation->balls))});
 }
 
@@ -102,7 +102,7 @@ Result<CheckResult> check_scene(const CheckOptions& options, const CommonOptions
   LoadedScene loaded;
   result.errors = find_problems(reading.scene, chain, cache, loaded);
   result.warnings = loaded.warnings;
-  // One picture is traced while another is written.
+  // The estimate is for one picture that is traced while another is written.
   const auto pictures = static_cast<std::size_t>(std::min(result.frames, 2));
   result.memory = estimate_memory(reading.scene, chain, loaded,
                                   find_shared_actors(reading.scene, chain, loaded), pictures);
@@ -175,7 +175,7 @@ JsonValue to_json(const CheckResult& result, bool good) {
 
 Result<int> run_check(const CommandLine& line, const CheckOptions& options) {
   auto checked = check_scene(options, line.common);
-  // A scene that cannot be read or parsed gets the answer "no" as well, not exit code 3.
+  // A scene that cannot be read or parsed gets the answer "no" (exit code 1) as well, not 3.
   if (!checked && checked.error().code == ErrorCode::kInput) {
     CheckResult unreadable;
     unreadable.errors = {checked.error().message};

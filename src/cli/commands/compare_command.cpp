@@ -20,7 +20,7 @@ namespace polymorph {
 namespace {
 
 struct CompareOptions {
-  std::string actual, reference, difference;
+  std::string actual, reference, difference;  ///< `difference`: file of --diff; empty: none
   Tolerance tolerance;
   JsonOutput json;
   ReportOptions report;
@@ -91,13 +91,13 @@ struct PreviousPair {
   }
 };
 
-/// Compares one pair of images, and makes its pictures if a report has any. Then makes it the
+/// Compares one pair of images, and makes its pictures if a report has any. Then makes `pair` the
 /// `previous` pair.
 Result<ReportCase> compare_pair(const CompareOptions& options, const FilePair& pair,
                                 bool is_sequence, PreviousPair& previous, PictureBudget& budget) {
-  const ReadImageSettings single{.single_picture = true, .stored_colors = true};
-  PM_TRY(Image actual, read_image(pair.actual, single));
-  PM_TRY(Image reference, read_image(pair.reference, single));
+  const ReadImageSettings settings{.single_picture = true, .stored_colors = true};
+  PM_TRY(Image actual, read_image(pair.actual, settings));
+  PM_TRY(Image reference, read_image(pair.reference, settings));
   PixelMaps maps;
   ReportCase result;
   result.name = pair.actual.filename().string();
@@ -180,13 +180,13 @@ Result<int> run_compare(const CompareOptions& options, bool overwrite) {
   if (!pairs_or_error) return pairs_or_error.error();
   Report report{fmt::format("{} against {}", options.actual, options.reference),
                 {{"polymorph", std::string(program_version())}},
-                {},
-                {}};
+                /*cases=*/{},
+                /*notes=*/{}};
   PictureBudget budget;
   PreviousPair previous;
   for (const FilePair& pair : pairs) {
     PM_TRY(ReportCase result, compare_pair(options, pair, pairs.size() > 1, previous, budget));
-    // A case has the flicker from its pair to the next one.
+    // The case before this one gets the flicker from its pair to this pair.
     if (!report.cases.empty()) {
       report.cases.back().flicker = previous.flicker;
       report.cases.back().reference_flicker = previous.reference_flicker;

@@ -77,13 +77,14 @@ Result<int> run_demo(const CommandLine& line, const DemoOptions& options) {
   PM_TRY(JsonValue json,
          demo_scene(data, options.from, options.to, options.through, files.scene.parent_path()));
   PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
-  JsonDocument document{files.scene.string(), "", std::move(json)};
+  JsonDocument document{files.scene.string(), /*text=*/"", std::move(json)};
   for (const auto& [path, value] : overrides) PM_TRY_STATUS(apply_override(document, path, value));
   for (const fs::path& file : {files.scene, files.strip, files.gif})
     PM_TRY_STATUS(check_output(file, line.common.overwrite));
   const std::string text = commented_scene(
       document.root,
-      "Made by polymorph demo. Edit it and render it; `polymorph schema` knows every key.", {});
+      "Made by polymorph demo. Edit it and render it; `polymorph schema` knows every key.",
+      /*suggestions=*/{});
   PM_TRY(Scene scene, load_scene_text(files.scene, text));
   PM_TRY_STATUS(write_file(files.scene, text));
   std::vector<int> numbers;

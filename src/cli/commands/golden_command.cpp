@@ -20,7 +20,8 @@ namespace {
 
 struct GoldenOptions {
   std::vector<std::string> suites;  ///< arguments after the verb: suites, scenes or reports
-  std::string root = "golden_frames", failures, reason, frames;
+  std::string root = "golden_frames", failures;  ///< folders
+  std::string reason, frames;                    ///< `frames`: a list, "1,12,24"
   bool any_program = false, bits = false;
   std::string output;
   JsonOutput json;
@@ -169,8 +170,8 @@ Result<int> test_all(const CommandLine& line, const GoldenOptions& options) {
                 {{"polymorph", std::string(program_version())},
                  {"program", std::string(program_identity())},
                  {"device", settings.device}},
-                {},
-                {}};
+                /*cases=*/{},
+                /*notes=*/{}};
   int code = 0;  // exit code of the first error
   std::vector<std::string> names = options.suites;
   if (names.empty()) {
@@ -185,6 +186,7 @@ Result<int> test_all(const CommandLine& line, const GoldenOptions& options) {
   for (const std::string& name : names) {
     const Status status = test_suite(name, settings, options, report);
     if (status) continue;
+    // A wrong use of the command ends the run; other errors become cases of the report.
     if (status.error().code == ErrorCode::kUsage) return status.error();
     if (code == 0) code = static_cast<int>(status.error().code);
     add_error(name, "the suite", status.error(), options, report);
@@ -249,7 +251,7 @@ Result<int> make_suite(const CommandLine& line, const GoldenOptions& options) {
       suite.name.empty())
     return make_error(ErrorCode::kUsage, "'{}': not a name for a folder in {}", suite.name,
                       options.root);
-  PM_TRY(suite.frames, parse_frames(options.frames, 0, 9999999));
+  PM_TRY(suite.frames, parse_frames(options.frames, /*first=*/0, /*last=*/9999999));
   std::sort(suite.frames.begin(), suite.frames.end());
   const std::string reason = options.reason.empty() ? "first frames" : options.reason;
   PM_TRY(const auto written, create_golden_suite(suite, golden_settings(line, options), reason));
@@ -312,6 +314,7 @@ Result<int> update_suites(const CommandLine& line, const GoldenOptions& options)
   return 0;
 }
 
+/// Lists the verbs, with the members of VerbTable in its order (options/option_table.h).
 std::vector<VerbTable> golden_verbs(const CommandLine& line,
                                     std::shared_ptr<GoldenOptions> options) {
   const auto call = [&line, options](auto action) {

@@ -6,6 +6,7 @@
 namespace polymorph {
 namespace {
 
+/// Options of `manual` (`what`, `output`) and of `completion` (`shell`).
 struct ManualOptions {
   std::string what, output, shell;
 };
@@ -90,7 +91,7 @@ void add_schema(CommandLine& line) {
     if (*keys)
       for (const std::string& assignment : list_assignments()) print_data("{}\n", assignment);
     else
-      PM_TRY_STATUS(write_text({}, scene_schema()));
+      PM_TRY_STATUS(write_text(/*json=*/{}, scene_schema()));  // to standard output
     return 0;
   });
 }

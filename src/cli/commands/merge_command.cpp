@@ -42,7 +42,7 @@ Result<int> run_merge(const CommandLine& line, const MergeOptions& options) {
   settings.command = line.arguments;
   PM_TRY(const std::vector<FrameMerge> merges, plan_merge(settings));
   const ProgressCallback progress = make_progress(progress_mode(line.common));
-  std::size_t done = 0, parts = 0;  // frames; their files
+  std::size_t done = 0, parts = 0;  // numbers of merged frames and of their parts
   for (const FrameMerge& merge : merges) {
     if (stop_requested()) {
       log_warning("stopped; merged frames are whole");

@@ -29,7 +29,7 @@ Result<double> parse_mesh_error(const std::string& text) {
                     text);
 }
 
-/// Checks that the options go together. Errors: kUsage.
+/// Checks that the options do not contradict each other. Errors: kUsage.
 Status check_options(const MeshFileSettings& settings) {
   if (settings.quantize && settings.format != MeshFormat::kGlb)
     return make_error(ErrorCode::kUsage, "--quantize is for .glb files");
@@ -76,12 +76,12 @@ Result<int> run_mesh(const CommandLine& line, const MeshOptions& options) {
   settings.print = [](const std::string& text) { print_data("{}", text); };
   PM_TRY_STATUS(check_options(settings));
   PM_TRY_STATUS(complete_mesh_settings(settings));
-  PM_TRY_STATUS(check_mesh_files(settings, {}));
+  PM_TRY_STATUS(check_mesh_files(settings, /*actors=*/{}));
   request_mesh_attributes(scene, settings);
-  PM_TRY(const EngineScene morph, prepare_on_engine(scene, resources(line.common)));
+  PM_TRY(const EngineScene engine_scene, prepare_on_engine(scene, resources(line.common)));
   // Check again: now all input files are known, also those that models and materials name.
-  PM_TRY_STATUS(check_mesh_files(settings, morph.prepared.actors));
-  PM_TRY_STATUS(write_mesh_files(settings, morph.prepared, *morph.engine));
+  PM_TRY_STATUS(check_mesh_files(settings, engine_scene.prepared.actors));
+  PM_TRY_STATUS(write_mesh_files(settings, engine_scene.prepared, *engine_scene.engine));
   return 0;
 }
 

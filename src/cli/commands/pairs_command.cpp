@@ -44,7 +44,7 @@ const char* event_word(PairsEvent::Kind kind) {
   return "";
 }
 
-/// Plays a game, and renders the new part of it after each move into one folder.
+/// A game that is played move by move. Its frames can be rendered into one folder while it goes on.
 class Session {
  public:
   Session(const CommandLine& line, const PairsOptions& options, const PairsFile& file)
@@ -57,12 +57,12 @@ class Session {
     PM_TRY_STATUS(apply_move(play_, text));
     for (; printed_events_ < play_.events().size(); ++printed_events_) {
       const PairsEvent& event = play_.events()[printed_events_];
-      const PairsLevel& grid = file_.game.levels[static_cast<std::size_t>(event.level)];
+      const PairsLevel& level = file_.game.levels[static_cast<std::size_t>(event.level)];
       std::string description = event_word(event.kind);
       if (event.piece >= 0) {
         const auto board = deal_board(file_.game, event.level);
         const int object = board[static_cast<std::size_t>(event.piece)].object;
-        description = fmt::format("{} {} {}", format_square(grid, event.piece), description,
+        description = fmt::format("{} {} {}", format_square(level, event.piece), description,
                                   file_.game.objects[static_cast<std::size_t>(object)]);
       }
       print_data("{:>7.2f} s  level {}  score {:>5}  {}\n", event.start, event.level + 1,
@@ -128,7 +128,8 @@ class Session {
 
   /// Draws a line of text on a dark band along the top of the image.
   static void overlay(Image& image, const std::string& text) {
-    const int scale = std::max(1, image.width / 480);  // magnification of the font
+    const int scale =
+        std::max(1, image.width / 480);  // magnification of the font, by the width in pixels
     const int height = text_height(scale), border = height / 2;
     constexpr float kShade = 0.25f, kWhite = 0.9f;  // factor of the band; brightness of the text
     const std::size_t channels = image.channel_count();

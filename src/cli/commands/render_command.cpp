@@ -24,8 +24,8 @@ struct RenderOptions {
   std::string scene, output, frames, shard, samples, receipt;
   bool png = false, strict = false, skip_existing = false, keep_going = false, dry_run = false,
        stats = false, turntable = false, watch = false;
-  int jobs = 0;
-  double heartbeat = 60;
+  int jobs = 0;           ///< frames rendered in parallel; 0: chosen by render_sequence()
+  double heartbeat = 60;  ///< seconds
   SceneOptions scene_options;
   JsonOutput json;
 };
@@ -45,8 +45,7 @@ Result<std::optional<SampleRange>> apply_samples(Scene& scene, const std::string
   return number ? std::nullopt : std::optional(range);
 }
 
-/// Converts the options to settings of the run. `sample_range`: the
-/// result of apply_samples().
+/// Converts the options to settings of the run. `sample_range`: the result of apply_samples().
 Result<SequenceSettings> sequence_settings(const CommandLine& line, const RenderOptions& options,
                                            const Scene& scene,
                                            const std::optional<SampleRange>& sample_range) {
@@ -110,6 +109,7 @@ void print_plan(const RunReport& report, const SequenceSettings& settings) {
         "this is an estimate: the balls of {} are not in the cache, and fitting them takes about "
         "{}, once",
         fmt::join(estimate.unfitted, ", "), format_seconds(estimate.fit_seconds));
+  // Compare with the space on the disk of the first frame.
   std::error_code error;
   const std::filesystem::path folder =
       std::filesystem::absolute(report.frames.front().files.front()).parent_path();
@@ -142,8 +142,8 @@ void print_stats(const RunReport& report) {
 constexpr int kTurntableFrames = 72;  // 5 degrees per frame
 
 /// Loads the scene with a camera that goes round once (--turntable). The camera circles a model, or
-/// the still frame that -f names, or the scene while the film runs. If -f names a still frame,
-/// its text in `frames` is cleared, so that all frames of the turntable are rendered.
+/// the still frame that -f names, or the scene while the film runs. `frames`: the text of -f, which
+/// is cleared if it names a still frame, so that all frames of the turntable are rendered.
 Result<Scene> load_turntable(const RenderOptions& options, std::span<const Override> overrides,
                              std::string& frames) {
   if (std::filesystem::path(options.scene).extension() != ".json" && !is_numbered(options.scene))
@@ -163,7 +163,7 @@ Result<Scene> load_turntable(const RenderOptions& options, std::span<const Overr
 
 /// Loads the scene, renders its frames, and writes the requested reports. Returns the exit code.
 Result<int> render_once(const CommandLine& line, const RenderOptions& command_options) {
-  RenderOptions options = command_options;
+  RenderOptions options = command_options;  // load_turntable() may clear options.frames
   PM_TRY(const std::vector<Override> overrides, parse_overrides(options.scene_options.sets));
   PM_TRY(Scene scene, options.turntable ? load_turntable(options, overrides, options.frames)
                                         : load_scene(options.scene, overrides));
@@ -230,8 +230,8 @@ Result<int> watch_and_render(CommandLine& line, const RenderOptions& options) {
     const auto exit_code = render_once(line, options);
     if (!exit_code && exit_code.error().code != ErrorCode::kInput) return exit_code.error();
     if (!exit_code) print_error(exit_code.error());
-    line.common.overwrite = true;  // the frames are this run's own from now on
-    remember_input(options.scene);
+    line.common.overwrite = true;   // the frames are this run's own from now on
+    remember_input(options.scene);  // to watch it even if it could not be read
     const auto files = input_files();
     const Snapshot before = take_snapshot(files);
     // A file that was written during the run may have been read in part: render again.

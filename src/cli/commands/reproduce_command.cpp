@@ -27,7 +27,7 @@ int exit_code(const Reproduction& result) {
 
 std::string this_program() { return fmt::format("{} ({})", program_version(), shared_identity()); }
 
-/// Describes in a sentence how the rendered frame differs from the file.
+/// Describes how the rendered frame differs from the file, or that it does not.
 std::string describe(const Reproduction& result) {
   if (result.same_pixels && !result.same_program)
     return "same bits in every pixel, by another build: it is of " + result.program + ", this is " +

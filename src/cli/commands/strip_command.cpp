@@ -208,12 +208,12 @@ Result<int> write_mattes(const StripOptions& options, bool overwrite) {
 Result<bool> are_mattes_single(const StripOptions& options) {
   if (options.matte.empty()) return false;
   PM_TRY(const FramePattern input, parse_pattern(options.input));
-  PM_TRY(const FramePattern output,
+  PM_TRY(const FramePattern output,  // without -o, any name that has no number
          parse_pattern(options.output.empty() ? "matte.png" : options.output));
   return !input.has_number() || output.has_number();
 }
 
-/// Makes the mattes, or the page, or the sheet, GIF and movie that the options name.
+/// Makes the mattes alone, or the page, the sheet, the GIF and the movie that the options name.
 Result<int> run_strip(const CommandLine& line, const StripOptions& options) {
   // A model is treated as a scene, because load_scene() has a helpful error for models.
   const bool is_scene =
@@ -245,7 +245,7 @@ Result<int> run_strip(const CommandLine& line, const StripOptions& options) {
     SheetSettings sheet;
     sheet.count = options.count;
     const bool is_chosen_by_change = is_scene && options.by_change() && !options.is_animated();
-    sheet.all = !options.frames.empty() || is_chosen_by_change;
+    sheet.all = !options.frames.empty() || is_chosen_by_change;  // the film has no other frames
     sheet.by_change = options.by_change();
     sheet.columns = options.columns;
     sheet.cell_width = options.width;
