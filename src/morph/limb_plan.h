@@ -53,8 +53,8 @@ std::vector<Vec3d> warp_balls(const std::vector<Ball>& balls, const Limbs& own, 
                               std::span<const MatchedLimbs> matched, double angle);
 
 /// Computes for each ball the position in the list `matched` of the limb that it belongs to, or
-/// kNoLabel. `matched`: indices of limbs in `limbs`; in lists of both objects' matched limbs in the
-/// same order, equal positions are matched limbs.
+/// kNoLabel. `matched`: indices of limbs in `limbs`. If the lists of both objects have matched
+/// limbs at equal positions, the balls of matched limbs get equal indices.
 std::vector<std::int32_t> limb_indices_of_balls(const Limbs& limbs,
                                                 std::span<const std::uint32_t> matched);
 

@@ -33,12 +33,13 @@ std::vector<Vec3> points_in_ball(std::size_t count) {
   return points;
 }
 
-/// A ball exp(w - q) is sampled out to where its value is exp(-4), that is, to q = max(w, 0) + 4.
+/// A ball exp(w - q) is sampled out to q = max(w, 0) + 4, where its value is at most exp(-4).
 constexpr float kTail = 4;
 /// A ball is ignored at points where its value is below exp(-9), as in the kernels.
 constexpr float kCutoff = 9;
 
-float max_exponent(const Ball& ball, float margin) { return std::max(ball.w, 0.0f) + margin; }
+/// The largest q at which a ball is sampled.
+float max_q(const Ball& ball, float margin) { return std::max(ball.w, 0.0f) + margin; }
 
 /// The longest semi-axis of d^T shape d = 1.
 float longest_axis(const Ball& ball) {
@@ -65,7 +66,7 @@ VolumeIntegrals integrate_ball(const std::vector<Ball>& balls, std::size_t index
                                const std::vector<float>& longest_axes,
                                const std::vector<Vec3>& points, Vec3d center) {
   const Ball& ball = balls[index];
-  const float radius = std::sqrt(max_exponent(ball, kTail) / ball.a);
+  const float radius = std::sqrt(max_q(ball, kTail) / ball.a);
   std::vector<std::uint32_t> near_indices;
   for (std::uint32_t j = 0; j < balls.size(); ++j) {
     const float other_radius =

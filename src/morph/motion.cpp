@@ -57,7 +57,7 @@ Vec3d bow_vector(const MorphPlan& plan) {
 /// objects' size. `from` and `to` are the ball's positions relative to both objects' centres. The
 /// random key is the pair's index, so both ends have the same velocity.
 Vec3d launch_velocity(const MorphPlan& plan, std::size_t e, Vec3d from, Vec3d to) {
-  const auto random = [&](std::uint64_t stream) {
+  const auto random = [&](std::uint64_t stream) {  // in [-1, 1)
     return 2 * static_cast<double>(random_float(plan.motion.seed, stream, e)) - 1;
   };
   const Vec3d direction =
@@ -217,7 +217,7 @@ std::vector<Ball> move_on_host(const std::vector<BallPath>& paths,
   const MoveBalls move = {view(paths), view(parts),
                           view(poses), view(own),
                           state,       {balls.data(), static_cast<std::int64_t>(balls.size())}};
-  parallel_for(static_cast<std::int64_t>(balls.size()), move, 256);
+  parallel_for(static_cast<std::int64_t>(balls.size()), move, /*grain=*/256);
   return balls;
 }
 
@@ -390,7 +390,7 @@ std::vector<Vec3> move_points(const MorphPlan& plan, std::span<const PlanLandmar
 
 void continue_motion(MorphPlan& plan, const MorphPlan& before, float until, double pace) {
   PM_CHECK(plan.from.size() == before.pairs.size());
-  constexpr float kStep = 1.0f / 128;  // of the finite differences, in the motion's time
+  constexpr float kStep = 1.0f / 128;  // step of the finite differences, in the motion's time
   const auto steps_per_unit = 1 / static_cast<double>(kStep);
   const std::vector<Ball> balls_before = balls_at(before, until - kStep),
                           balls_after = balls_at(before, until + kStep);
@@ -441,7 +441,7 @@ std::vector<PairMaps> pair_maps(const MorphPlan& plan, float time) {
         const double to_size = cube_root(path.to_volume) / size;
         maps[e] = {scaled(from, from_size), scaled(to, to_size)};
       },
-      256);
+      /*grain=*/256);
   return maps;
 }
 

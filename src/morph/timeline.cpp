@@ -48,8 +48,9 @@ void set_shares(LegTiming& leg, const BoundarySettings& settings, bool own_look)
   leg.shares[2] = 1 - (leg.shares[0] + leg.shares[1] + leg.shares[3] + leg.shares[4]);
 }
 
-/// Tests whether a leg's surface is made from distances. Paths and shapes that separate into single
-/// balls (explode, drops), and the report's method, use balls.
+/// Tests whether a leg's surface is made from distances. Balls are used for paths and shapes that
+/// separate into single balls (explode, drops), in fields that are not Gaussian, and with an
+/// influence resolution (surface.influence).
 bool has_distances(const Scene& scene, const ObjectSettings& from, const ObjectSettings& to) {
   constexpr const char* kDrops = "drops";
   return to.motion.interpolate == Interpolation::kDistance && to.motion.path != Path::kExplode &&
@@ -75,7 +76,7 @@ bool show_model_without_stages(const LegTiming& leg, float leg_fraction, MorphSt
 
 /// Tests whether the scene gives the total number of frames, from which the legs' numbers of frames
 /// follow.
-bool is_counted(const Scene& scene) {
+bool has_frame_count(const Scene& scene) {
   return scene.frames.count > 0 && scene.frames.per_leg.empty();
 }
 
@@ -108,7 +109,7 @@ Playback make_playback(const Scene& scene, const ObjectSettings& object) {
 constexpr double kRounding = 1e-6;
 
 /// Number of frames for which a mesh sequence plays once, with the hold of its last mesh.
-int round_frames(const Playback& playback) {
+int playback_frames(const Playback& playback) {
   const double frames = std::ceil(playback.meshes / playback.pace - kRounding);
   return playback.hold + static_cast<int>(std::clamp(frames, 1.0, double{kMaxFrames}));
 }
@@ -197,7 +198,7 @@ Timeline lay_out(const Scene& scene, const ActorSettings& actor) {
     return timeline;
   }
   if (!actor.blend.empty()) {
-    const bool counts_all = is_counted(scene) && actor.per_leg.empty();
+    const bool counts_all = has_frame_count(scene) && actor.per_leg.empty();
     const int still_frames = timeline.hold_start + scene.frames.hold_end;
     timeline.steps =
         (counts_all ? timeline.count - still_frames : leg_frames(scene, actor).front()) - 1;
@@ -219,7 +220,7 @@ Timeline lay_out(const Scene& scene, const ActorSettings& actor) {
   // The number of steps follows from the scene's number of frames or from the legs' frames.
   const int total = std::accumulate(frames.begin(), frames.end(), 0);
   int hold_frames = held_frames(actor);
-  const bool counts_all = is_counted(scene) && actor.per_leg.empty();
+  const bool counts_all = has_frame_count(scene) && actor.per_leg.empty();
   timeline.steps = counts_all ? timeline.count - timeline.hold_start - scene.frames.hold_end - 1
                               : std::max(2, total) + hold_frames - 1;
   // If the holds leave less than a step per leg, there are no holds.
@@ -298,11 +299,11 @@ double leg_pace(const LegTiming& leg) {
 }
 
 int film_frame_count(const Scene& scene) {
-  if (is_counted(scene)) return scene.frames.count;
+  if (has_frame_count(scene)) return scene.frames.count;
   int longest = 0;
   for (const ActorSettings& actor : scene.actors) {
     if (plays_sequence_alone(actor)) {
-      const int played = round_frames(make_playback(scene, actor.source));
+      const int played = playback_frames(make_playback(scene, actor.source));
       longest = std::max(longest, actor.start - 1 + played);
       continue;
     }
