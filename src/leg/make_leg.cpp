@@ -23,7 +23,7 @@ std::uint32_t find_or_add_name(std::vector<std::string>& names, const std::strin
   return index;
 }
 
-/// Gives balls in flight the labels of the end that they are nearer to in time.
+/// Gives balls in flight the labels of the object that they are nearer to by the eased progress u.
 void add_flight_labels(const Leg& leg, float u, PreparedObject& object) {
   const PreparedObject& nearer_end = u < 0.5f ? *leg.from : *leg.to;
   for (const Pair& pair : leg.plan.pairs) {

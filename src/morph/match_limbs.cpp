@@ -48,8 +48,8 @@ Vec3d rotate_about_y(Vec3d p, double sine, double cosine) {
 /// to the object's height, other lengths relative to the mean geodesic distance from the centre.
 struct Features {
   Vec3d tip, root, direction, toe;  // toe: direction of the last segment
-  double depth = 0;                 // distance of the tip from the centre
-  double log_length = 0, log_volume = 0, tip_height = 0, root_height = 0;
+  // depth: distance of the tip from the centre.
+  double log_length = 0, depth = 0, log_volume = 0, tip_height = 0, root_height = 0;
   double stretch = 0;                      // Limb::stretch, at most kMaxStretch
   std::optional<std::size_t> choice = {};  // the user's choice that the limb belongs to
   std::array<double, kLimbStations> log_radii{};

@@ -121,7 +121,7 @@ Result<PoseFit> fit_pose(ActorPoses& poses, std::size_t index, int mesh, const M
   int start = mesh - 1;
   while (file_of(sequence, start).topology != topology && !at(start)) --start;
   PM_TRY(const Model first, load_mesh(sequence, start));
-  FittedPose previous = {{}, first.box()};
+  FittedPose previous = {/*fit=*/{}, first.box()};
   if (at(start)) {
     previous.fit = *at(start);
   } else {
