@@ -10,8 +10,8 @@
 namespace polymorph {
 namespace {
 
-/// Fade of a vessel (ObjectDistances::is_vessel) into its filled shape, over the progress from its
-/// end of the leg. It ends before the other object tears the vessel's walls.
+/// Fade of a vessel (ObjectDistances::is_vessel) into its filled shape, over the progress from the
+/// vessel's end of the leg. The fade ends before the other object tears the vessel's walls.
 constexpr DetailFade kVesselFade = {/*begin=*/0, /*end=*/0.2f};
 
 /// Replaces vessels by their filled shapes, so that the volume is kept as if they were solid.

@@ -93,6 +93,7 @@ Result<PreparedObject> make_flight_object(const Leg& leg, bool with_distances, E
   PreparedObject object;
   object.name = fmt::format("{} -> {} at {:.3g}", leg.from->name, leg.to->name, leg.until);
   object.meta = true;
+  // Rescaled, so that their surface is where their field is 1 again.
   object.balls = rescale_balls(last_surface.state.balls.balls(), leg.plan.kind, last_surface.iso);
   // The surface of the balls or, in a leg made of distances, the leg's own.
   PM_TRY(const Mesh mesh,

@@ -21,7 +21,9 @@ float first_order_distance(const LogField& field) {
   return slope > 0 ? static_cast<float>(field.value) / slope : 1e30f;
 }
 
-/// Finds the root of the field along `direction` nearest to p, within `max_distance`.
+/// Finds a root of the field on the line through p along `direction`, within `max_distance` of p.
+/// It is the nearest root on the side of p where the surface is expected or, without one there, the
+/// nearest on the other side.
 std::optional<Vec3> root_along(const NearBalls& balls, std::span<const std::uint32_t> list, Vec3 p,
                                Vec3 direction, float max_distance) {
   const auto value_at = [&](float t) { return balls.log_field(p + direction * t, list).value; };

@@ -18,7 +18,7 @@ namespace {
 /// the number of axes that rotate.
 constexpr std::size_t kPosition = 0, kOutward = 3, kRotatingEnd = 6;
 
-/// Squared distances of all balls of a side from ball `from`.
+/// Squared distances of all balls of a side from ball `from`, by their positions.
 std::vector<float> squared_distances(const CostSide& side, std::uint32_t from) {
   std::vector<float> sums(side.size(), 0);
   for (std::size_t axis = kPosition; axis < kPosition + 3; ++axis)

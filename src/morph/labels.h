@@ -15,8 +15,8 @@
 
 namespace polymorph {
 
-/// Finds the label, an index into model.label_names, of the face nearest to each ball; 0
-/// if the model has no faces.
+/// Finds the label, an index into model.label_names, of the face nearest to each ball; 0 if the
+/// model has no faces.
 std::vector<std::uint32_t> face_labels(const Model& model, const std::vector<Ball>& balls);
 
 /// One object's labels, for matching.

@@ -325,7 +325,8 @@ Vec3d place_on_surface(const std::vector<Ball>& balls, const Limbs& limbs, Vec3d
 }
 
 /// Lists the lone limbs: those that are small and slim and overlap no matched or labelled limb. Of
-/// lone limbs that sit on each other only the outer one, which holds the others, is listed.
+/// lone limbs that sit on each other only the one that holds the others is listed. `labelled`:
+/// LimbPlan::from_unmatched_labels or to_unmatched_labels.
 std::vector<std::uint32_t> list_lone_limbs(const Limbs& limbs,
                                            std::span<const std::uint32_t> matched,
                                            std::span<const std::uint32_t> labelled) {
@@ -546,10 +547,10 @@ void add_lone_pairs(MorphPlan& plan) {
 }
 
 LimbMatch match_at(LimbPlan& plan, double angle) {
-  for (const auto& [known, match] : plan.searched)
+  for (const auto& [known, match] : plan.matches_by_angle)
     if (known == angle) return match;
-  plan.searched.emplace_back(angle, match_limbs(plan.from, plan.to, angle, plan.choices));
-  return plan.searched.back().second;
+  plan.matches_by_angle.emplace_back(angle, match_limbs(plan.from, plan.to, angle, plan.choices));
+  return plan.matches_by_angle.back().second;
 }
 
 std::vector<Vec3d> warp_balls(const std::vector<Ball>& balls, const Limbs& own, const Limbs& other,

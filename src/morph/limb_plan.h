@@ -26,7 +26,7 @@ struct LimbPlan {
   /// that part of the body, so they are not lone limbs (LimbCurves::lone).
   std::vector<std::uint32_t> from_unmatched_labels = {}, to_unmatched_labels = {};
   /// Results of match_at(): the angles at which it was called, radians, and the matches.
-  std::vector<std::pair<double, LimbMatch>> searched = {};
+  std::vector<std::pair<double, LimbMatch>> matches_by_angle = {};
 };
 
 /// Finds the limbs of both sides and the user's choices about them; does not match them. Landmarks
@@ -40,7 +40,8 @@ LimbPlan find_limbs_of_sides(const PlanSide& from, const PlanSide& to,
                              const PlanSettings& settings);
 
 /// Matches the limbs, starting from a rotation of `from` by `angle` radians about the vertical
-/// (match_limbs()). Stores the result in `plan.searched`, so that each angle is computed once.
+/// (match_limbs()). Stores the result in `plan.matches_by_angle`, so that each angle is computed
+/// once.
 LimbMatch match_at(LimbPlan& plan, double angle);
 
 /// Warps the balls of the object `own` into the shape of the object `other`; returns their centres

@@ -124,6 +124,8 @@ std::vector<std::uint32_t> prominent_tips(const Body& body) {
     std::uint32_t voxel, prominence, saddle;
   };
   std::vector<Tip> tips;
+  // All components but the first, which has the farthest voxel, end at `voxel`: it is their saddle.
+  // One component is left at the end; the centre counts as its saddle.
   merge_tree(body, [&](std::uint32_t voxel, const std::vector<std::uint32_t>& roots) {
     for (std::size_t k = 1; k < roots.size(); ++k)
       tips.push_back({roots[k], body.distance[roots[k]] - body.distance[voxel], voxel});

@@ -76,7 +76,6 @@ VolumeIntegrals integrate_ball(const std::vector<Ball>& balls, std::size_t index
     if (dot(d, d) < max_distance * max_distance) near_indices.push_back(j);
   }
   const Mat3 ellipsoid = to_ellipsoid(ball);
-  // The values and their sum are computed in two loops, of which the compiler vectorizes the first.
   const auto value = [](const Ball& b, Vec3 x) {
     constexpr float kLog2E = 1.44269504f, kMin = -120;  // kMin is within exp2()'s range
     const float exponent = kLog2E * (b.w - b.a * quadratic(b.shape, x - b.center));
@@ -88,6 +87,7 @@ VolumeIntegrals integrate_ball(const std::vector<Ball>& balls, std::size_t index
   VolumeIntegrals sum;
   for (const Vec3& point : points) {
     const Vec3 x = ball.center + to_float(ellipsoid * (Vec3d(point) * static_cast<double>(radius)));
+    // Values and sum have separate loops, because the compiler vectorizes only the first.
     for (std::size_t j = 0; j < near_balls.size(); ++j) values[j] = value(near_balls[j], x);
     const float field = std::accumulate(values.begin(), values.end(), 0.0f);
     if (!(field > 1)) continue;
@@ -144,7 +144,7 @@ std::vector<VolumeIntegrals> integrate_balls(const std::vector<Ball>& balls, Fie
 
 std::vector<double> ball_masses(const std::vector<Ball>& balls, FieldKind kind) {
   std::vector<double> masses;
-  for (const VolumeIntegrals& ball : integrate_balls(balls, kind, {}))
+  for (const VolumeIntegrals& ball : integrate_balls(balls, kind, /*center=*/{}))
     masses.push_back(ball.volume);
   const double sum = std::accumulate(masses.begin(), masses.end(), 0.0);
   const auto count = static_cast<double>(balls.size());

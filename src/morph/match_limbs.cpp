@@ -12,8 +12,7 @@
 namespace polymorph {
 namespace {
 
-// Weights of the terms in the cost of a pair of limbs (pair_cost()). Each multiplies a difference
-// of Features, in their units.
+// Weights of the terms in the cost of a pair of limbs (pair_cost()), which compare Features.
 constexpr double kTip = 0.15, kRoot = 0.5, kDirection = 0.6, kLength = 0.25, kThickness = 0.15,
                  kVolume = 0.05, kDepth = 0.5, kTipHeight = 0.6, kRootHeight = 1.2, kToe = 0.4;
 constexpr double kFloorCost = 1.2;  // cost of a limb on the floor with one that is not
@@ -302,9 +301,9 @@ bool crosses_floor(const Problem& problem, const MatchedLimbs& limbs) {
   return problem.a[limbs.from].on_floor != problem.b[limbs.to].on_floor;
 }
 
-/// Tests whether a match separates a limb from its twin: the limb becomes one that other limbs sit
-/// on, while the twin stays alone or is matched across the floor (crosses_floor()). For example,
-/// one of two legs becomes both legs under a cape.
+/// Tests whether a match separates a limb from its twin: the limb is matched with one that other
+/// limbs sit on, while the twin stays alone or is matched across the floor (crosses_floor()). For
+/// example, one of two legs becomes both legs under a cape.
 bool splits_twins(const Problem& problem, const Partial& matching, const MatchedLimbs& limbs) {
   const Features &a = problem.a[limbs.from], &b = problem.b[limbs.to];
   if ((a.nested == 0) == (b.nested == 0)) return false;

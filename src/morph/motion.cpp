@@ -290,6 +290,8 @@ void set_ball_paths(MorphPlan& plan, RigidParts parts) {
     path.end = q;
     path.start.w = strength(plan.kind, p.w, pair.from_share);
     path.end.w = strength(plan.kind, q.w, pair.to_share);
+    // Both ends are relative to the part's centres; the target's is rotated and scaled back to the
+    // source.
     path.from = Vec3d(p.center) - alignment.from_center;
     path.to = inv_rotation * (Vec3d(q.center) - alignment.to_center) * (1 / alignment.scale);
     path.from_volume = volume_of_ball(p);

@@ -11,8 +11,9 @@
 
 namespace polymorph {
 
-/// Computes the plan's parts, graph, paths and timing from its pairs and motion settings.
-/// plan_morph() calls this; call it again after changing plan.motion.
+/// Computes the plan's parts, graph, paths and timing from its pairs and motion settings. Replaces
+/// Path::kAuto by kParts if the plan uses limbs, else by kRigid. plan_morph() calls this; call it
+/// again after changing plan.motion.
 void set_paths(MorphPlan& plan);
 
 /// Computes the balls' paths (`plan.paths`) from given parts: each ball moves with the rotation and

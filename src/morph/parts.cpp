@@ -297,6 +297,7 @@ namespace {
 /// Measures how much the parts stretch the object: the sum, over pairs of neighbours, of ln^2 of
 /// their distance at u = 1/2 divided by the mean of their distances at both ends.
 double measure_strain(const MorphPlan& plan, const RigidParts& parts) {
+  // Positions and rotations of the balls half way by their parts alone.
   std::vector<Vec3d> positions;
   std::vector<Mat3> rotations;
   std::vector<Vec3> from;

@@ -263,7 +263,8 @@ Mat3 find_pairs(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
   };
   if (rotates) sides.a = rotate_side(unrotated, choice.rotation);
   pair_up();
-  // A rotation that was found with 80 representatives is refined twice with all balls.
+  // A rotation that was found with 80 representatives is refitted to all balls: twice with new
+  // pairs, then to the last pairs.
   for (int step = 0; rotates && choice.certainty == Certainty::kFound && step < 2; ++step) {
     refit();
     sides.a = rotate_side(unrotated, choice.rotation);

@@ -17,7 +17,8 @@ static_assert(sizeof(Ball) == 11 * sizeof(float) && sizeof(Vec3) == 3 * sizeof(f
               sizeof(LimbCurve) == 4 * LimbCurve::kPoints * sizeof(float) &&
               sizeof(Mat3) == 9 * sizeof(double) && std::is_trivially_copyable_v<Mat3>);
 
-/// Writes the number of limb labels and the labels, then the names, one line per pair of limbs.
+/// Writes the size of from_limbs, then from_limbs, to_limbs and the names, one line per pair of
+/// limbs.
 void put_limbs(std::string& bytes, const Correspondence& correspondence) {
   std::string names;
   for (const auto& [from, to] : correspondence.limb_names) names += from + "\t" + to + "\n";

@@ -75,7 +75,7 @@ std::vector<float> landmark_deviations(std::span<const Vec3> places, float size,
 
 /// Extends the box by the surroundings of the landmarks.
 Box enclose_landmarks(Box box, std::span<const Vec3> places, float size) {
-  constexpr float kRadius = 0.1f;
+  constexpr float kRadius = 0.1f;  // fraction of `size`
   const float radius = kRadius * size;
   for (const Vec3 p : places)
     box = unite(box, {p - Vec3{radius, radius, radius}, p + Vec3{radius, radius, radius}});
@@ -205,7 +205,7 @@ SampledPlan sample_plan(const MorphPlan& plan, float time, const BallSet& balls,
       lattice_over(sampled.box, size, *std::max_element(narrowing.begin(), narrowing.end()));
   const std::vector<float> deviations = landmark_deviations(places, size, regression.lattice.cell);
   for (std::size_t l = 0; l < places.size(); ++l)
-    regression.landmarks.push_back({places[l], deviations[l], {}});
+    regression.landmarks.push_back({places[l], deviations[l], /*goal=*/{}});
   return sampled;
 }
 

@@ -48,9 +48,9 @@ void set_shares(LegTiming& leg, const BoundarySettings& settings, bool own_look)
   leg.shares[2] = 1 - (leg.shares[0] + leg.shares[1] + leg.shares[3] + leg.shares[4]);
 }
 
-/// Tests whether a leg's surface is made from distances. Balls are used for paths and shapes that
-/// separate into single balls (explode, drops), in fields that are not Gaussian, and with an
-/// influence resolution (surface.influence).
+/// Tests whether a leg's surface is made from distances (MotionSettings::interpolate). Balls are
+/// always used for paths and shapes that separate into single balls (explode, drops), in fields
+/// that are not Gaussian, and with an influence resolution (surface.influence).
 bool has_distances(const Scene& scene, const ObjectSettings& from, const ObjectSettings& to) {
   constexpr const char* kDrops = "drops";
   return to.motion.interpolate == Interpolation::kDistance && to.motion.path != Path::kExplode &&

@@ -40,7 +40,7 @@ struct ActorGeometry {
   /// Scene-linear colours of the surface's and the model's points that replace materials and look
   /// (paint_origins.h); empty: none.
   std::vector<Vec3> surface_paint, point_paint;
-  bool moves = true;  ///< whether the actor differs from itself in both neighbouring frames
+  bool moves = true;  ///< whether the actor looks different in both neighbouring frames
 };
 
 /// Returns an actor's object by its index, MorphState::object.

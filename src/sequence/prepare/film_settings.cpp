@@ -97,7 +97,8 @@ std::vector<MeshHashes> hash_meshes(const MeshSequence& sequence, bool morphs) {
   const MeshFile& reference = sequence.files[static_cast<std::size_t>(sequence.reference)];
   std::string meshes_so_far;
   for (const MeshFile& file : sequence.files) {
-    MeshHashes& mesh_hashes = hashes.emplace_back(MeshHashes{file.digest + file.velocities, {}});
+    MeshHashes& mesh_hashes =
+        hashes.emplace_back(MeshHashes{file.digest + file.velocities, /*fit=*/{}});
     if (!morphs) continue;
     meshes_so_far =
         Hasher().add(std::string_view(meshes_so_far)).add(std::string_view(file.digest)).hex();
