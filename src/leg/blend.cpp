@@ -126,9 +126,9 @@ Status fill_distances(const BlendInputs& in, DistanceGrid& model, DistanceGrid& 
 }
 
 /// Interpolates the vertices' normals at a point of the mesh.
-Vec3 surface_normal(const Mesh& mesh, const ClosestPoint& at) {
-  const Triangle& t = mesh.triangles[at.triangle];
-  const TriangleWeights w = closest_on_triangle(at.point, mesh.positions[t.v[0]],
+Vec3 surface_normal(const Mesh& mesh, const ClosestPoint& place) {
+  const Triangle& t = mesh.triangles[place.triangle];
+  const TriangleWeights w = closest_on_triangle(place.point, mesh.positions[t.v[0]],
                                                 mesh.positions[t.v[1]], mesh.positions[t.v[2]]);
   return normalized(mesh.normals[t.v[0]] * static_cast<float>(w.a) +
                     mesh.normals[t.v[1]] * static_cast<float>(w.b) +

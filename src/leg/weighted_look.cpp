@@ -67,12 +67,12 @@ SurfaceLook weighted_look(const PulledMixture& pulled, std::span<const Triangle>
   parallel_for(
       static_cast<std::int64_t>(look.colors.size()),
       [&](std::int64_t index) {
-        const auto at = static_cast<std::size_t>(index);
+        const auto k = static_cast<std::size_t>(index);
         for (std::size_t i = 0; i < shares.size(); ++i)
           if (shares[i] > 0)
-            look.colors[at] =
-                look.colors[at] +
-                plain_color(*mixture.objects[i].object, pulled.places[i][at]) * shares[i];
+            look.colors[k] =
+                look.colors[k] +
+                plain_color(*mixture.objects[i].object, pulled.places[i][k]) * shares[i];
       },
       /*grain=*/4096);
   return look;

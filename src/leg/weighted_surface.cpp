@@ -195,8 +195,8 @@ Result<std::vector<float>> sample_field(const Mixture& mixture, const std::vecto
         static_cast<std::int64_t>(points.size()),
         [&](std::int64_t index) {
           const auto i = static_cast<std::size_t>(index);
-          const float* at = values[i].v;
-          const float d = mixed.scale * distances.value(Points<float>{at[0], at[1], at[2]}, detail);
+          const float* p = values[i].v;
+          const float d = mixed.scale * distances.value(Points<float>{p[0], p[1], p[2]}, detail);
           field[i] += shares[k] * d / (0.5f + 0.5f * std::sqrt(1 + 2 * std::abs(d) * inv_range));
         },
         /*grain=*/4096);

@@ -115,7 +115,7 @@ std::vector<std::vector<std::uint32_t>> nearest_neighbors(std::span<const Vec3> 
   parallel_ranges(
       static_cast<std::int64_t>(points.size()), /*grain=*/16,
       [&](std::int64_t begin, std::int64_t end) {
-        std::vector<std::pair<float, std::uint32_t>> others;
+        std::vector<std::pair<float, std::uint32_t>> others;  // squared distance, index
         for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
           others.clear();
           for (std::uint32_t j = 0; j < points.size(); ++j) {
@@ -144,7 +144,7 @@ BallFeatures ball_features(const std::vector<Ball>& balls, std::span<const doubl
   features.outward.assign(n, {});
   parallel_for(static_cast<std::int64_t>(n), [&](std::int64_t index) {
     const auto i = static_cast<std::size_t>(index);
-    if (neighbors[i].empty()) return;
+    if (neighbors[i].empty()) return;  // the object is a single ball
     // The centroid of the neighbourhood and the covariance about it.
     double total_mass = masses[i];
     Vec3d mean = Vec3d(centers[i]) * masses[i];

@@ -113,8 +113,8 @@ std::vector<VolumeIntegrals> integrate_blended(const std::vector<Ball>& balls, V
   for (std::size_t i = 0; i < balls.size(); ++i) longest_axes[i] = longest_axis(balls[i]);
   std::vector<VolumeIntegrals> integrals(balls.size());
   parallel_for(static_cast<std::int64_t>(balls.size()), [&](std::int64_t i) {
-    const auto at = static_cast<std::size_t>(i);
-    integrals[at] = integrate_ball(balls, at, longest_axes, points, center);
+    const auto k = static_cast<std::size_t>(i);
+    integrals[k] = integrate_ball(balls, k, longest_axes, points, center);
   });
   return integrals;
 }
