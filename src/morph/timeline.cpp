@@ -75,7 +75,7 @@ bool show_model_without_stages(const LegTiming& leg, float leg_fraction, MorphSt
 }
 
 /// Tests whether the scene gives the total number of frames, from which the legs' numbers of frames
-/// follow.
+/// follow (unless an actor gives its own).
 bool has_frame_count(const Scene& scene) {
   return scene.frames.count > 0 && scene.frames.per_leg.empty();
 }
@@ -114,7 +114,7 @@ int playback_frames(const Playback& playback) {
   return playback.hold + static_cast<int>(std::clamp(frames, 1.0, double{kMaxFrames}));
 }
 
-/// The mesh that is shown `step` frames after the first.
+/// The mesh, counted from 0, that is shown `step` frames after the first.
 int mesh_at(const Playback& playback, int step) {
   double elapsed = step;  // frames; in a loop, since the first mesh was last shown
   if (playback.loop)
@@ -198,10 +198,10 @@ Timeline lay_out(const Scene& scene, const ActorSettings& actor) {
     return timeline;
   }
   if (!actor.blend.empty()) {
-    const bool counts_all = has_frame_count(scene) && actor.per_leg.empty();
+    const bool fills_film = has_frame_count(scene) && actor.per_leg.empty();
     const int still_frames = timeline.hold_start + scene.frames.hold_end;
     timeline.steps =
-        (counts_all ? timeline.count - still_frames : leg_frames(scene, actor).front()) - 1;
+        (fills_film ? timeline.count - still_frames : leg_frames(scene, actor).front()) - 1;
     add_blend_legs(scene, actor, timeline);
     return timeline;
   }
@@ -217,21 +217,22 @@ Timeline lay_out(const Scene& scene, const ActorSettings& actor) {
   const std::vector<int> frames = leg_frames(scene, actor);
   PM_CHECK(frames.size() == leg_count);
 
-  // The number of steps follows from the scene's number of frames or from the legs' frames.
+  // The number of steps follows from the scene's number of frames or from the legs' frames, of
+  // which there are at least two.
   const int total = std::accumulate(frames.begin(), frames.end(), 0);
   int hold_frames = held_frames(actor);
-  const bool counts_all = has_frame_count(scene) && actor.per_leg.empty();
-  timeline.steps = counts_all ? timeline.count - timeline.hold_start - scene.frames.hold_end - 1
+  const bool fills_film = has_frame_count(scene) && actor.per_leg.empty();
+  timeline.steps = fills_film ? timeline.count - timeline.hold_start - scene.frames.hold_end - 1
                               : std::max(2, total) + hold_frames - 1;
   // If the holds leave less than a step per leg, there are no holds.
   if (timeline.steps - hold_frames < static_cast<int>(leg_count)) hold_frames = 0;
-  const int moving = timeline.steps - hold_frames;
+  const int moving_steps = timeline.steps - hold_frames;
   // Sums over the legs so far: frames as the scene gives them, and steps of holds.
   int frames_before = 0, holds_before = 0;
   // The step, without holds, at which the first n of the legs' `total` frames have passed: n *
-  // moving / total, rounded.
+  // moving_steps / total, rounded.
   const auto step_at = [&](int n) {
-    return static_cast<int>((2LL * n * moving + total) / (2LL * total));
+    return static_cast<int>((2LL * n * moving_steps + total) / (2LL * total));
   };
   for (std::size_t i = 0; i < leg_count; ++i) {
     LegTiming leg;
