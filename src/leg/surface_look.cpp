@@ -28,14 +28,14 @@ void fade_colors(const Leg& leg, const PullBack& pulled, const ColorFade& fade, 
     look.colors.clear();
     return;
   }
-  const bool starts_here = look.colors.empty();
+  const bool is_first_leg = look.colors.empty();
   look.colors.resize(pulled.source.size());
   parallel_for(
       static_cast<std::int64_t>(pulled.source.size()),
       [&](std::int64_t index) {
         const auto i = static_cast<std::size_t>(index);
         Vec3& color = look.colors[i];
-        if (starts_here && fade.color < 1) color = plain_color(*leg.from, pulled.source[i]);
+        if (is_first_leg && fade.color < 1) color = plain_color(*leg.from, pulled.source[i]);
         if (fade.color > 0) color = lerp(color, plain_color(*leg.to, pulled.target[i]), fade.color);
       },
       /*grain=*/4096);

@@ -194,12 +194,13 @@ std::optional<double> find_facing(LimbPlan& limbs, double plan_angle,
                                   std::optional<double> to_front) {
   if (from_front && to_front) return azimuth_difference(*from_front, *to_front);
   const Limbs &from = limbs.from, &to = limbs.to;
-  const auto a = from_front ? from_front : find_front_axis(from),
-             b = to_front ? to_front : find_front_axis(to);
-  if (!a || !b) return std::nullopt;
+  const auto from_azimuth = from_front ? from_front : find_front_axis(from),
+             to_azimuth = to_front ? to_front : find_front_axis(to);
+  if (!from_azimuth || !to_azimuth) return std::nullopt;
   // The two rotations that take one plane to the other, the smaller first. The plan's angle
   // replaces an angle that is near it.
-  std::array<double, 2> angles = {wrap_angle(*b - *a), wrap_angle(*b - *a + exact::kPi)};
+  std::array<double, 2> angles = {wrap_angle(*to_azimuth - *from_azimuth),
+                                  wrap_angle(*to_azimuth - *from_azimuth + exact::kPi)};
   for (double& angle : angles)
     if (std::fabs(wrap_angle(angle - plan_angle)) < kMaxPlanDifference) angle = plan_angle;
   if (std::fabs(angles[1]) < std::fabs(angles[0])) std::swap(angles[0], angles[1]);
