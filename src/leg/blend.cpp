@@ -80,7 +80,8 @@ Status fill_distances(const BlendInputs& in, DistanceGrid& model, DistanceGrid& 
   const Int3 blocks = {blocks_along(n.x), blocks_along(n.y), blocks_along(n.z)};
   const float band = kBand * grid.cell;
   constexpr float kHalf = 0.5f * (kBlock - 1);  // half the extent of a block's points, in cells
-  const float block_radius = std::sqrt(3.0f) * kHalf * grid.cell * 1.001f;  // 1.001: rounding
+  const float block_radius =
+      std::sqrt(3.0f) * kHalf * grid.cell * 1.001f;  // 1.001 allows for rounding
   std::vector<Int3> corners;
   std::vector<Vec3> centers;
   for (int z = 0; z < n.z; z += kBlock)
@@ -125,16 +126,17 @@ Status fill_distances(const BlendInputs& in, DistanceGrid& model, DistanceGrid& 
 }
 
 /// Interpolates the vertices' normals at a point of the mesh.
-Vec3 surface_normal(const Mesh& mesh, const ClosestPoint& at) {
-  const Triangle& t = mesh.triangles[at.triangle];
-  const TriangleWeights w = closest_on_triangle(at.point, mesh.positions[t.v[0]],
+Vec3 surface_normal(const Mesh& mesh, const ClosestPoint& place) {
+  const Triangle& t = mesh.triangles[place.triangle];
+  const TriangleWeights w = closest_on_triangle(place.point, mesh.positions[t.v[0]],
                                                 mesh.positions[t.v[1]], mesh.positions[t.v[2]]);
   return normalized(mesh.normals[t.v[0]] * static_cast<float>(w.a) +
                     mesh.normals[t.v[1]] * static_cast<float>(w.b) +
                     mesh.normals[t.v[2]] * static_cast<float>(w.c));
 }
 
-/// Computes t with smoothstep(t) = s by Newton's method, which converges slowly near 0 and 1.
+/// Computes t with smoothstep(t) = s by Newton's method, which converges slowly near 0 and 1. Each
+/// step goes at most half way to 0 or 1.
 float invert_smoothstep(float s) {
   if (s <= 0 || s >= 1) return s;
   double t = static_cast<double>(s);
@@ -150,9 +152,10 @@ float invert_smoothstep(float s) {
 std::shared_ptr<const Regression> identity_map(const Box& box, float progress) {
   auto map = std::make_shared<Regression>();
   map->maps = 2;
-  map->samples = {{box.center(), 1, box.diagonal()}};
+  map->samples = {{box.center(), /*mass=*/1, /*deviation=*/box.diagonal()}};
   map->values.resize(2);
   map->values[0].value[3] = progress;
+  // The values are the same everywhere, so any lattice that extends well beyond the box serves.
   map->lattice = {box.low - box.size(), box.diagonal(), {6, 6, 6}};
   return map;
 }
@@ -206,7 +209,7 @@ Result<Mesh> blend_surface(const BlendField& field, const Model& model,
             surface_normal(field.surface, field.to_surface->closest(p)) * progress;
         mesh.normals[k] = dot(n, n) > 0 ? normalized(n) : Vec3{0, 1, 0};
       },
-      256);
+      /*grain=*/256);
   return mesh;
 }
 

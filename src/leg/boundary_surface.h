@@ -35,8 +35,8 @@ struct BoundarySurface {
 Result<BoundarySurface> boundary_surface(const Leg& leg, const BoundaryState& moment,
                                          Engine& engine);
 
-/// Computes the displacement of the model's points from `points` to the moment whose
-/// BoundaryState::boundary is `boundary`; empty unless the stage is a projection.
+/// Computes the displacement of the model's points from the positions `points` to their positions
+/// at the moment with BoundaryState::boundary = `boundary`; empty unless the stage is a projection.
 std::vector<Vec3> boundary_displacement(const PreparedObject& object,
                                         const std::vector<Vec3>& points, float boundary);
 

@@ -26,15 +26,15 @@ Vec3 shrink_target(Vec3 point, const std::vector<Ball>& balls, FieldKind kind) {
   double sum = 0, x = 0, y = 0, z = 0;
   for (const Ball& ball : balls) {
     const Vec3 d = point - ball.center;
-    const float e = log_contribution(ball, kind, d) - max_log_strength;
-    if (e < -12) continue;  // weight below exp(-24)
+    const float log_ratio = log_contribution(ball, kind, d) - max_log_strength;
+    if (log_ratio < -12) continue;  // weight below exp(-24)
     // Squares are summed, because the far fields of inverse-square balls would pull all points to
     // the middle.
-    const auto q = static_cast<double>(exp2(2 * kLog2E * e));
-    sum += q;
-    x += q * static_cast<double>(ball.center.x);
-    y += q * static_cast<double>(ball.center.y);
-    z += q * static_cast<double>(ball.center.z);
+    const auto weight = static_cast<double>(exp2(2 * kLog2E * log_ratio));
+    sum += weight;
+    x += weight * static_cast<double>(ball.center.x);
+    y += weight * static_cast<double>(ball.center.y);
+    z += weight * static_cast<double>(ball.center.z);
   }
   return {static_cast<float>(x / sum), static_cast<float>(y / sum), static_cast<float>(z / sum)};
 }
@@ -51,7 +51,7 @@ std::vector<Vec3> shrink_targets(const Model& model, const std::vector<Ball>& ba
         const auto k = static_cast<std::size_t>(i);
         targets[k] = shrink_target(model.points[k], balls, kind);
       },
-      64);
+      /*grain=*/64);
   return targets;
 }
 

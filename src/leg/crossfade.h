@@ -1,4 +1,4 @@
-// Crossfade between a model and its balls (report, 3.3 and 5.2.9): balls grow while the model
+// Crossfade between a model and its balls (Gilbert 2010, 3.3 and 5.2.9): balls grow while the model
 // shrinks.
 #pragma once
 
@@ -10,7 +10,7 @@
 namespace polymorph {
 
 /// Computes the point to which each point x of a model shrinks: the mean of the balls' centres,
-/// weighted by q_i^2, where q_i is the share of ball i in the field at x (docs/method.md, Field). A
+/// weighted by the squared shares of the balls in the field at x (docs/method.md, Boundary). A
 /// handle therefore shrinks into its own balls and not towards the middle of the model.
 std::vector<Vec3> shrink_targets(const Model& model, const std::vector<Ball>& balls,
                                  FieldKind kind);

@@ -10,9 +10,9 @@
 namespace polymorph {
 namespace {
 
-/// Fade of a vessel (ObjectDistances::is_vessel) into its filled shape, over the progress from its
-/// end of the leg. It ends before the other object tears the vessel's walls.
-constexpr DetailFade kVesselFade = {0, 0.2f};
+/// Fade of a vessel (ObjectDistances::is_vessel) into its filled shape, over the progress from the
+/// vessel's end of the leg. The fade ends before the other object tears the vessel's walls.
+constexpr DetailFade kVesselFade = {/*begin=*/0, /*end=*/0.2f};
 
 /// Replaces vessels by their filled shapes, so that the volume is kept as if they were solid.
 MorphSurface fill_vessels(const Leg& leg, MorphSurface field) {
@@ -46,19 +46,19 @@ bool keeps_volume(const Leg& leg) {
 }
 
 std::optional<float> interpolate_level(const std::vector<float>& levels, float u) {
-  const std::vector<float>& at = levels;
-  if (at.size() < 3) return std::nullopt;
-  const auto last = at.size() - 1;
+  const std::vector<float>& level = levels;
+  if (level.size() < 3) return std::nullopt;
+  const auto last = level.size() - 1;
   const float x = std::clamp(u, 0.0f, 1.0f) * static_cast<float>(last);
   const std::size_t k = std::min(static_cast<std::size_t>(x), last - 1);
   const float t = x - static_cast<float>(k), t2 = t * t, t3 = t2 * t;
   // At either end of the list, this is the slope of the parabola through the three nearest levels.
   const auto slope = [&](std::size_t i) {
-    if (i == 0) return 2 * at[1] - 1.5f * at[0] - 0.5f * at[2];
-    if (i == last) return 1.5f * at[last] + 0.5f * at[last - 2] - 2 * at[last - 1];
-    return 0.5f * (at[i + 1] - at[i - 1]);
+    if (i == 0) return 2 * level[1] - 1.5f * level[0] - 0.5f * level[2];
+    if (i == last) return 1.5f * level[last] + 0.5f * level[last - 2] - 2 * level[last - 1];
+    return 0.5f * (level[i + 1] - level[i - 1]);
   };
-  return at[k] * (2 * t3 - 3 * t2 + 1) + at[k + 1] * (3 * t2 - 2 * t3) +
+  return level[k] * (2 * t3 - 3 * t2 + 1) + level[k + 1] * (3 * t2 - 2 * t3) +
          slope(k) * (t3 - 2 * t2 + t) + slope(k + 1) * (t3 - t2);
 }
 
@@ -109,7 +109,8 @@ Result<std::vector<float>> sample_distances(const MorphSurface& field,
   PM_TRY_STATUS(to_status(engine.regress(field.map, points, maps)));
   MorphField host_field;
   // The regression's values already contain the affine maps, so these are set to zero.
-  for (AffineMap& affine : host_field.map.affine) affine = {{Vec3{}, Vec3{}, Vec3{}}, {}};
+  for (AffineMap& affine : host_field.map.affine)
+    affine = {{Vec3{}, Vec3{}, Vec3{}}, /*offset=*/{}};
   host_field.from = DistanceField(field.from->grid, field.from->values.data());
   host_field.to = DistanceField(field.to->grid, field.to->values.data());
   if (field.smooth_from)

@@ -17,8 +17,8 @@ inline constexpr float kLinearRange = 0.06f;
 /// Computes the map to both objects at `time`. `balls`: the leg's balls at that time.
 FrameMap distance_map(const Leg& leg, float time, const BallSet& balls);
 
-/// Tests whether the level is chosen so that the surface keeps the leg's volume. It is not if an
-/// object is a shell, because a shell's volume means little.
+/// Tests whether the level is chosen so that the surface keeps the leg's volume. Returns false if
+/// the scene turns that off, or if an object is a shell, because a shell's volume means little.
 bool keeps_volume(const Leg& leg);
 
 /// Estimates the level that keeps the volume at the eased progress u, by Catmull-Rom interpolation

@@ -2,7 +2,7 @@
 // leg/leg_surface.h evaluates that surface at a time.
 //
 // A leg's motion runs over the time in [0, 1]. The eased progress u in [0, 1] is the mean of the
-// balls' eased times at a time (morph/motion.h: progress_at).
+// balls' eased times at that time (morph/motion.h: progress_at).
 #pragma once
 
 #include <memory>

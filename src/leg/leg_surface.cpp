@@ -19,9 +19,10 @@ Result<float> volume_iso(const Leg& leg, const LegState& state, Engine& engine) 
     const auto u = static_cast<double>(state.u);
     const double volume = (1 - u) * leg.from->ball_volume + u * leg.to->ball_volume;
     // Most of the search runs on cells twice as large, which cost a fourth of the time.
-    PM_TRY(const float near,
+    PM_TRY(const float estimate,
            iso_for_volume(engine, state.balls, {volume, 2 * settings.cell, settings.measured}));
-    return iso_for_volume(engine, state.balls, {volume, settings.cell, settings.measured}, near);
+    return iso_for_volume(engine, state.balls, {volume, settings.cell, settings.measured},
+                          estimate);
   };
   return visit(leg, search, [](const DistanceLeg&) -> Result<float> { return 1.0f; });
 }
@@ -32,7 +33,8 @@ Result<LegState> leg_state(const Leg& leg, float time, Engine& engine) {
   state.u = progress_at(leg.plan, time);
   PM_TRY(state.balls, balls_at(leg.plan, time, engine));
   visit(
-      leg, [] {}, [&](const DistanceLeg&) { state.map = distance_map(leg, time, state.balls); });
+      leg, /*on_balls=*/[] {},
+      [&](const DistanceLeg&) { state.map = distance_map(leg, time, state.balls); });
   return state;
 }
 
@@ -54,11 +56,11 @@ Result<LegSurface> leg_surface(const Leg& leg, float time, Engine& engine) {
                                     interpolate_level(distances.levels, surface.state.u)};
         return extract_between(leg, search, engine, surface);
       }));
-  // The matrix method's squares are not connected, so each would be a component.
+  // The matrix method's squares are not connected: each would be removed as a small component.
   if (shown.method != SurfaceMethod::kMarchingCubes) return surface;
   remove_fragments(leg, surface.state.u, surface.mesh);
   visit(
-      leg, [] {},
+      leg, /*on_balls=*/[] {},
       [&](const DistanceLeg&) {
         repair_normals(surface.mesh);
         cut_superfluous_handles(std::max(leg.from->distances.genus, leg.to->distances.genus),
@@ -68,7 +70,8 @@ Result<LegSurface> leg_surface(const Leg& leg, float time, Engine& engine) {
 }
 
 void cut_superfluous_handles(std::int64_t genus, float size, Mesh& surface) {
-  constexpr float kMaxLength = 0.15f;  // of the loop around a handle that is cut, over `size`
+  // Max length of the loop around a handle that is cut, as a fraction of `size`.
+  constexpr float kMaxLength = 0.15f;
   cut_handles(surface, genus, kMaxLength * size);
 }
 

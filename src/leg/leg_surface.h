@@ -54,7 +54,7 @@ Result<Flow> flow_until(const Leg& leg, const LegState& state, LegMoment next,
                         const std::vector<Vec3>& points, Engine& engine);
 
 /// Computes the label of each point of the leg's surface: the label of the balls that contribute
-/// most there (morph/labels.h). It is an index into the actor's label_names
+/// most there (morph/labels.h). Labels are indices into the actor's label_names
 /// (PreparedObject::label_numbers). Errors: the engine's.
 Result<std::vector<std::uint32_t>> leg_labels(const Leg& leg, const LegState& state,
                                               const std::vector<Vec3>& points, Engine& engine);

@@ -23,7 +23,7 @@ std::uint32_t find_or_add_name(std::vector<std::string>& names, const std::strin
   return index;
 }
 
-/// Gives balls in flight the labels of the end that they are nearer to in time.
+/// Gives balls in flight the labels of the object that they are nearer to by the eased progress u.
 void add_flight_labels(const Leg& leg, float u, PreparedObject& object) {
   const PreparedObject& nearer_end = u < 0.5f ? *leg.from : *leg.to;
   for (const Pair& pair : leg.plan.pairs) {
@@ -93,6 +93,7 @@ Result<PreparedObject> make_flight_object(const Leg& leg, bool with_distances, E
   PreparedObject object;
   object.name = fmt::format("{} -> {} at {:.3g}", leg.from->name, leg.to->name, leg.until);
   object.meta = true;
+  // Rescaled, so that their surface is where their field is 1 again.
   object.balls = rescale_balls(last_surface.state.balls.balls(), leg.plan.kind, last_surface.iso);
   // The surface of the balls or, in a leg made of distances, the leg's own.
   PM_TRY(const Mesh mesh,

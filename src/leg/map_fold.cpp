@@ -47,11 +47,11 @@ Result<std::vector<std::uint8_t>> find_folds(const std::shared_ptr<const Regress
   for (std::size_t i = 0; i < points.size(); ++i)
     for (const std::size_t m : maps) {
       // Image of point k of the stencil: each of its four points has a value per map.
-      const auto at = [&](std::size_t k) {
+      const auto image = [&](std::size_t k) {
         const float* v = values[2 * (4 * i + k) + m].v;
         return Vec3d(Vec3{v[0], v[1], v[2]});
       };
-      const Vec3d x = at(1) - at(0), y = at(2) - at(0), z = at(3) - at(0);
+      const Vec3d x = image(1) - image(0), y = image(2) - image(0), z = image(3) - image(0);
       if (!(dot(x, cross(y, z)) > 0)) folds[i] = 1;
     }
   return folds;

@@ -20,7 +20,8 @@ Result<std::vector<Vec3>> trace_back(std::span<const std::shared_ptr<const Leg>>
 }
 
 std::vector<Vec3> colors_by_position(const std::vector<Vec3>& points, const Box& box) {
-  constexpr float kDarkest = 0.1f, kRange = 0.85f;  // of a channel
+  // Smallest value of a channel, and the range of its values.
+  constexpr float kDarkest = 0.1f, kRange = 0.85f;
   const Vec3 size = box.size();
   const auto channel = [&](float v, float low, float extent) {
     return kDarkest + kRange * (extent > 0 ? std::clamp((v - low) / extent, 0.0f, 1.0f) : 0.5f);

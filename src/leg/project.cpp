@@ -14,18 +14,20 @@
 namespace polymorph {
 namespace {
 
-/// Estimates the distance to the surface to first order, positive inside: value over slope. 1e30:
-/// the field has no slope.
+/// Estimates the distance to the surface to first order, positive inside: value over slope. Returns
+/// 1e30 if the field has no slope.
 float first_order_distance(const LogField& field) {
   const float slope = length(field.gradient);
   return slope > 0 ? static_cast<float>(field.value) / slope : 1e30f;
 }
 
-/// Finds the root of the field along `direction` nearest to p, within `max_distance`.
+/// Finds a root of the field on the line through p along `direction`, within `max_distance` of p.
+/// It is the nearest root on the side of p where the surface is expected or, without one there, the
+/// nearest on the other side.
 std::optional<Vec3> root_along(const NearBalls& balls, std::span<const std::uint32_t> list, Vec3 p,
                                Vec3 direction, float max_distance) {
-  const auto at = [&](float t) { return balls.log_field(p + direction * t, list).value; };
-  const bool inside = at(0) > 0;
+  const auto value_at = [&](float t) { return balls.log_field(p + direction * t, list).value; };
+  const bool inside = value_at(0) > 0;
   // Search outwards from inside, inwards from outside; then the other way, if a bulge hides the
   // root.
   constexpr int kRootSteps = 12;
@@ -33,15 +35,15 @@ std::optional<Vec3> root_along(const NearBalls& balls, std::span<const std::uint
     float near = 0;
     for (int i = 1; i <= kRootSteps; ++i) {
       const float distance = sign * max_distance * static_cast<float>(i) / kRootSteps;
-      if ((at(distance) > 0) == inside) {
+      if ((value_at(distance) > 0) == inside) {
         near = distance;
         continue;
       }
-      // Bisection: `a` is on the side of p, `b` on the other.
+      // Bisection, down to 2^-14 of a step: `a` is on the side of p, `b` on the other.
       float a = near, b = distance;
       for (int step = 0; step < 14; ++step) {
         const float middle = (a + b) / 2;
-        ((at(middle) > 0) == inside ? a : b) = middle;
+        ((value_at(middle) > 0) == inside ? a : b) = middle;
       }
       return p + direction * ((a + b) / 2);
     }
@@ -49,8 +51,8 @@ std::optional<Vec3> root_along(const NearBalls& balls, std::span<const std::uint
   return std::nullopt;
 }
 
-/// Follows the gradient from p towards a root for a limited number of steps, and returns the last
-/// point within twice `max_distance`.
+/// Follows the gradient from p towards a root for at most 20 steps, and returns the last point
+/// within twice `max_distance`.
 Vec3 root_along_gradient(const NearBalls& balls, std::span<const std::uint32_t> list, Vec3 p,
                          float max_distance) {
   Vec3 x = p;

@@ -1,4 +1,4 @@
-// Mesh projection onto the balls' surface, which moves a model's own mesh (report requirement 2.2).
+// Mesh projection onto the balls' surface, which moves a model's own mesh (Gilbert 2010, 2.2).
 #pragma once
 
 #include <span>

@@ -112,7 +112,8 @@ Result<Residuals> find_residuals(const EndMap& map, const Surface& own, const Su
 
 /// Moves each pair's offset by the mean of the residuals around its ball.
 void move_offsets(const Surface& own, const Residuals& residuals, EndMap& map) {
-  constexpr float kInertia = 0.5f;  // weight of a residual 0: damps balls with few samples nearby
+  // Weight of an additional residual of 0, which damps balls with few samples nearby.
+  constexpr float kInertia = 0.5f;
   const float radius = kRadius * map.size;
   std::vector<Vec3>& offsets = map.offsets();
   parallel_for(
@@ -132,7 +133,7 @@ void move_offsets(const Surface& own, const Residuals& residuals, EndMap& map) {
         }
         offsets[e] = offsets[e] + sum * (1 / weights);
       },
-      16);
+      /*grain=*/16);
 }
 
 /// Halves the offsets around the points at which they fold the map, until it folds only at the
@@ -167,7 +168,7 @@ Result<std::vector<Vec3>> register_map(EndMap map, const Surface& own, const Sur
     PM_TRY(const Residuals residuals, find_residuals(map, own, other, closest, engine));
     if (round == 0 && static_cast<double>(residuals.agreeing) <
                           kMinAgreement * static_cast<double>(own.samples.size()))
-      return std::move(map.offsets());
+      return std::move(map.offsets());  // still 0
     move_offsets(own, residuals, map);
   }
   PM_TRY_STATUS(unfold(map, points, folded, engine));

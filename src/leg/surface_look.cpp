@@ -28,17 +28,17 @@ void fade_colors(const Leg& leg, const PullBack& pulled, const ColorFade& fade, 
     look.colors.clear();
     return;
   }
-  const bool starts_here = look.colors.empty();
+  const bool is_first_leg = look.colors.empty();
   look.colors.resize(pulled.source.size());
   parallel_for(
       static_cast<std::int64_t>(pulled.source.size()),
       [&](std::int64_t index) {
         const auto i = static_cast<std::size_t>(index);
         Vec3& color = look.colors[i];
-        if (starts_here && fade.color < 1) color = plain_color(*leg.from, pulled.source[i]);
+        if (is_first_leg && fade.color < 1) color = plain_color(*leg.from, pulled.source[i]);
         if (fade.color > 0) color = lerp(color, plain_color(*leg.to, pulled.target[i]), fade.color);
       },
-      4096);
+      /*grain=*/4096);
 }
 
 /// The surface whose look is computed, and the look of the legs added so far.
@@ -65,8 +65,8 @@ Status add_look(const Leg& leg, float time, const LegOrigins& origins, bool is_l
   if (leg.before && fade.color < 1) {
     PM_TRY(const LegState handover, leg_state(*leg.before, leg.before->until, target.engine));
     PM_TRY(const PullBack earlier, pull_back(*leg.before, handover, pulled.source, target.engine));
-    PM_TRY_STATUS(
-        add_look(*leg.before, handover.time, {earlier, {}, {}}, /*is_last=*/false, target));
+    PM_TRY_STATUS(add_look(*leg.before, handover.time, {earlier, /*source=*/{}, /*target=*/{}},
+                           /*is_last=*/false, target));
   } else if (fade.color < 1) {
     layers.push_back(object_layer(leg.from, target.triangles, {pulled.source, origins.source}));
   }
@@ -113,12 +113,13 @@ std::vector<ClosestPoint> add_end_normals(const EndNormals& end, std::vector<Vec
         if (dot(shading, normals[i]) > 0.8f)  // within 37 degrees
           normals[i] = normalized(lerp(normals[i], shading, end.weight));
       },
-      256);
+      /*grain=*/256);
   return closest;
 }
 
 float end_normals_weight(float distance) {
-  constexpr float kMaxEndDistance = 0.3f;  // the surface has not changed much there at any pace
+  // Eased progress from an end within which the surface has not changed much at any pace.
+  constexpr float kMaxEndDistance = 0.3f;
   return smoothstep(0, 1, 1 - distance / kMaxEndDistance);
 }
 
@@ -131,10 +132,10 @@ Result<SurfaceLook> leg_look(const Leg& leg, bool own_look, LegSurface& surface,
       [&](const DistanceLeg&) {
         return mesh.normals.empty() ? 0 : end_normals_weight(std::min(u, 1 - u));
       });
-  LookTarget target{mesh.triangles, engine, {}};
+  LookTarget target{mesh.triangles, engine, /*look=*/{}};
   if (!has_look && weight == 0) return std::move(target.look);
   PM_TRY(const PullBack pulled, pull_back(leg, surface.state, mesh.positions, engine));
-  LegOrigins origins{pulled, {}, {}};
+  LegOrigins origins{pulled, /*source=*/{}, /*target=*/{}};
   if (weight > 0) {
     const bool leaving = u < 0.5f;
     (leaving ? origins.source : origins.target) = add_end_normals(

@@ -33,7 +33,7 @@ std::vector<float> color_shares(std::span<const float> weights) {
 
 Result<PulledMixture> pull_mixture_back(const Mixture& mixture, const WeightedSurface& surface,
                                         Engine& engine) {
-  PulledMixture pulled{mixture, {}, {}};
+  PulledMixture pulled{mixture, /*places=*/{}, /*closest=*/{}};
   for (const MixedObject& object : mixture.objects) {
     PM_TRY(std::vector<Vec3> places,
            map_to_object(object, surface.lift, surface.mesh.positions, engine));
@@ -49,16 +49,17 @@ SurfaceLook weighted_look(const PulledMixture& pulled, std::span<const Triangle>
   const std::vector<float> shares = color_shares(weights);
   const std::size_t heaviest = find_heaviest(mixture);
   SurfaceLook look;
-  // Sums over the objects so far: of their shares, and of the weights of their detail.
-  float weight_sum = 0, detail = 0;
+  // Sums over the objects so far: of their shares, and of the weights of their detail. A layer with
+  // the opacity share / share_sum leaves the shares of those below it in proportion.
+  float share_sum = 0, detail = 0;
   for (std::size_t i = 0; i < shares.size(); ++i) {
     detail += color_fade(weights[i]).target;
     if (shares[i] <= 0) continue;
-    weight_sum += shares[i];
+    share_sum += shares[i];
     Origins origins{pulled.places[i]};
     if (i == heaviest) origins.closest = pulled.closest;
     look.layers.push_back(object_layer(mixture.objects[i].object, triangles, origins,
-                                       look.layers.empty() ? 1 : shares[i] / weight_sum));
+                                       look.layers.empty() ? 1 : shares[i] / share_sum));
   }
   if (!mixture.settings.has_colors || detail >= 1) return look;
   look.color_opacity = 1 - detail;
@@ -66,14 +67,14 @@ SurfaceLook weighted_look(const PulledMixture& pulled, std::span<const Triangle>
   parallel_for(
       static_cast<std::int64_t>(look.colors.size()),
       [&](std::int64_t index) {
-        const auto at = static_cast<std::size_t>(index);
+        const auto k = static_cast<std::size_t>(index);
         for (std::size_t i = 0; i < shares.size(); ++i)
           if (shares[i] > 0)
-            look.colors[at] =
-                look.colors[at] +
-                plain_color(*mixture.objects[i].object, pulled.places[i][at]) * shares[i];
+            look.colors[k] =
+                look.colors[k] +
+                plain_color(*mixture.objects[i].object, pulled.places[i][k]) * shares[i];
       },
-      4096);
+      /*grain=*/4096);
   return look;
 }
 

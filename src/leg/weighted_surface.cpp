@@ -118,7 +118,7 @@ Regression empty_regression(const Mixture& mixture) {
   regression.samples = mixture.samples;
   regression.sloped = true;
   // The samples' values and slopes hold the whole map, so the affine part is zero.
-  regression.affine[0] = {{Vec3{}, Vec3{}, Vec3{}}, {}};
+  regression.affine[0] = {{Vec3{}, Vec3{}, Vec3{}}, /*offset=*/{}};
   Grid& lattice = regression.lattice;
   lattice.cell = kMapSpacing * mixture.size;
   // Three nodes are added on each side: the spline is defined from node 1 to the last but one.
@@ -131,12 +131,11 @@ Regression empty_regression(const Mixture& mixture) {
   return regression;
 }
 
-/// Makes the values of a sample: the vector `value`, which changes by `slope` with the offset from
-/// the sample. The fourth value is 0.
 /// Makes an object of the mixture with the map to it.
 MixedObject make_mixed_object(const MixtureInput& input, const Mixture& mixture) {
   const MeanSimilarity& mean = mixture.mean;
-  MixedObject mixed{input.object, static_cast<float>(input.weight), {}, 1, {}};
+  MixedObject mixed{input.object, static_cast<float>(input.weight), /*map=*/{}, /*scale=*/1,
+                    /*linear=*/{}};
   const double log_scale = input.similarity.log_scale - mean.log_scale;
   mixed.scale = static_cast<float>(exp_scalar(-log_scale));
   mixed.linear = scaled(exp_rotation(input.similarity.turn) * transposed(mean.rotation),
@@ -196,11 +195,11 @@ Result<std::vector<float>> sample_field(const Mixture& mixture, const std::vecto
         static_cast<std::int64_t>(points.size()),
         [&](std::int64_t index) {
           const auto i = static_cast<std::size_t>(index);
-          const float* at = values[i].v;
-          const float d = mixed.scale * distances.value(Points<float>{at[0], at[1], at[2]}, detail);
+          const float* p = values[i].v;
+          const float d = mixed.scale * distances.value(Points<float>{p[0], p[1], p[2]}, detail);
           field[i] += shares[k] * d / (0.5f + 0.5f * std::sqrt(1 + 2 * std::abs(d) * inv_range));
         },
-        4096);
+        /*grain=*/4096);
   }
   return field;
 }
@@ -230,7 +229,7 @@ Result<std::vector<float>> fill_grid(const Grid& grid, const Mixture& mixture, d
                                      Engine& engine) {
   const std::vector<float> shares = distance_shares(mixture.objects);
   // Evaluate the field on the coarse grid, and estimate the level.
-  DistanceGrid coarse{coarsen(grid), {}};
+  DistanceGrid coarse{coarsen(grid), /*values=*/{}};
   std::vector<Vec3> points;
   for_each_point(coarse.grid, [&](Int3 at) { points.push_back(grid_point(coarse.grid, at)); });
   PM_TRY(coarse.values, sample_field(mixture, shares, points, engine));
@@ -298,7 +297,7 @@ float move_to_floor(float floor, Mesh& mesh) {
 PathPart object_similarity(const ShapeSpace& space, std::size_t object) {
   if (object > 0) return mean_path_part(space.legs[object - 1]->plan);
   const Vec3d center(space.legs.front()->from->model.box().center());
-  return {center, center, {}, 0};
+  return {center, center, /*turn=*/{}, /*log_scale=*/0};
 }
 
 double ball_kernel_deviation(const Ball& ball, double scale) {

@@ -79,8 +79,8 @@ RotationFit best_fit(const CostSide& a, const CostSide& b, float label_cost, dou
                      const std::vector<Mat3>& starts, RotationAxis axis) {
   std::vector<RotationFit> fits(starts.size());
   parallel_for(static_cast<std::int64_t>(starts.size()), [&](std::int64_t i) {
-    const auto at = static_cast<std::size_t>(i);
-    fits[at] = refine_rotation(a, b, label_cost, starts[at], axis);
+    const auto k = static_cast<std::size_t>(i);
+    fits[k] = refine_rotation(a, b, label_cost, starts[k], axis);
   });
   double lowest = fits[0].cost;
   for (const RotationFit& fit : fits) lowest = std::min(lowest, fit.cost);
@@ -123,7 +123,7 @@ Mat3 rotation_between(Vec3d from, Vec3d to) {
       for (int c = 0; c < 3; ++c) half_turn.at(r, c) = 2 * v[r] * v[c] - (r == c ? 1 : 0);
     return half_turn;
   }
-  // Rodrigues' formula: I + K + K^2 / (1 + cosine), where K is the matrix of the cross product.
+  // Rodrigues' formula: I + K + K^2 / (1 + cosine), where K w = v x w. `result` starts as I.
   const Vec3d v = cross(a, b);
   const Mat3 k{{0, -v.z, v.y, v.z, 0, -v.x, -v.y, v.x, 0}};
   const Mat3 square = k * k;
@@ -157,7 +157,7 @@ Mat3 fit_rotation(const CostSide& a, const CostSide& b, std::span<const Transpor
 
 std::optional<Mat3> fit_landmark_rotation(std::span<const Vec3> from, std::span<const Vec3> to) {
   // Min length of the vector (cosine, sine), as a fraction of the sum of |p| |q| over the
-  // horizontal offsets. It is 1 if a single rotation takes every p to the direction of its q.
+  // horizontal offsets. The fraction is 1 if one rotation takes every p to the direction of its q.
   constexpr double kMinAgreement = 0.3;
   // Min RMS distance of the points from the vertical line through their centroid, as a fraction of
   // their RMS distance from the centroid.
@@ -194,17 +194,17 @@ RotationResult find_rotation(const CostSide& a, const CostSide& b, float label_c
   const CostSide coarse_a = coarsen_side(a, kRepresentatives),
                  coarse_b = coarsen_side(b, kRepresentatives);
   const double unrotated_cost = plan_between(coarse_a, coarse_b, label_cost).cost;
-  constexpr int kUpright = 8;
+  constexpr int kUprightStarts = 8;  // one every 45 degrees
   std::vector<Mat3> upright;
-  for (int i = 0; i < kUpright; ++i)
-    upright.push_back(i == 0 ? Mat3{} : about_vertical(2 * exact::kPi * i / kUpright));
+  for (int i = 0; i < kUprightStarts; ++i)
+    upright.push_back(i == 0 ? Mat3{} : about_vertical(2 * exact::kPi * i / kUprightStarts));
   RotationFit vertical =
       best_fit(coarse_a, coarse_b, label_cost, unrotated_cost, upright, RotationAxis::kVertical);
   if (!(vertical.cost < (1 - gain) * unrotated_cost)) vertical = {Mat3{}, unrotated_cost};
   const RotationFit any_axis = best_fit(coarse_a, coarse_b, label_cost, unrotated_cost,
                                         cube_rotations(), RotationAxis::kAny);
-  // An object is tipped over only if that is much cheaper and, for all balls, fits as well as
-  // between near copies.
+  // An object is tipped over only if that is much cheaper and, with all balls, leaves no larger
+  // residual than near copies do.
   const bool is_cheaper =
       any_axis.cost < (1 - gain) * unrotated_cost && any_axis.cost < kMaxTipCost * vertical.cost;
   if (is_cheaper && residual(a, b, label_cost, any_axis.rotation) <= tip_residual)

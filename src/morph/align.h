@@ -14,7 +14,7 @@ namespace polymorph {
 /// Axes that a rotation may have: the y axis only, which leaves a standing object upright, or any.
 enum class RotationAxis : std::uint8_t { kVertical, kAny };
 
-/// The rotation about the y axis by an angle, in radians, that takes +z towards +x.
+/// Returns the rotation about the y axis by `angle` radians. Positive angles take +z towards +x.
 Mat3 about_vertical(double angle);
 
 /// Computes the smallest rotation that takes one direction to another; the identity if either
@@ -24,20 +24,20 @@ Mat3 rotation_between(Vec3d from, Vec3d to);
 struct RotationResult {
   Mat3 rotation;
   RotationAxis axis =
-      RotationAxis::kVertical;  ///< axes that `rotation` may have, for fit_rotation()
+      RotationAxis::kVertical;  ///< axes about which fit_rotation() may refit `rotation`
 };
 
-/// Finds the rotation of `a` with the cheapest transport plan to `b`. It alternates between
+/// Finds the rotation of `a` with the cheapest transport plan to `b`. The search alternates between
 /// transport plan and weighted Procrustes, on 80 representatives of each object (coarsen_side()).
 /// It starts from the 24 rotations of a cube and from every 45 degrees about the vertical. The
 /// result is the identity unless another rotation lowers the cost by the fraction `gain`. A
-/// rotation that tips the object over, about another axis than the vertical, is taken only between
-/// near copies. It must cost at most 0.6 of the best rotation about the vertical. It must also
+/// rotation about another axis than the vertical tips the object over. It is taken only between
+/// near copies: it must cost at most 0.6 times as much as the best rotation about the vertical, and
 /// leave a mean squared distance between paired balls of at most `tip_residual` times the squared
-/// RMS size of the objects: copies leave 0.04 to 0.13, different objects 0.16 or more. Of rotations
-/// with nearly the same cost, the smallest is chosen. The costs that are compared exclude the
-/// distances to landmarks, which guide the plans but do not depend on the rotation. `label_cost`:
-/// as for cost_row().
+/// RMS size of the objects. (Copies leave 0.04 to 0.13, different objects 0.16 or more.) Of
+/// rotations with nearly the same cost, the smallest is chosen. The costs that are compared exclude
+/// the distances to landmarks, which guide the plans but do not depend on the rotation.
+/// `label_cost`: as for cost_row().
 RotationResult find_rotation(const CostSide& a, const CostSide& b, float label_cost, double gain,
                              double tip_residual);
 

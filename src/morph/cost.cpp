@@ -14,11 +14,11 @@
 namespace polymorph {
 namespace {
 
-/// First axes of the position and the outward direction in CostSide::values, and number of axes
-/// that rotate.
+/// Indices in CostSide::values of the first axis of the position and of the outward direction, and
+/// the number of axes that rotate.
 constexpr std::size_t kPosition = 0, kOutward = 3, kRotatingEnd = 6;
 
-/// Squared distances of all balls of a side from ball `from`.
+/// Squared distances of all balls of a side from ball `from`, by their positions.
 std::vector<float> squared_distances(const CostSide& side, std::uint32_t from) {
   std::vector<float> sums(side.size(), 0);
   for (std::size_t axis = kPosition; axis < kPosition + 3; ++axis)
@@ -82,7 +82,8 @@ CostSide make_cost_side(const std::vector<Ball>& balls, FieldKind kind, std::vec
            [&](std::size_t i) { return static_cast<double>(features.linearity[i]); });
   add_axis(feature_weight,
            [&](std::size_t i) { return static_cast<double>(features.planarity[i]); });
-  // Terms that do not turn with the object would hide what a rotation gains. Add them here.
+  // Terms that do not rotate with the object would hide what a rotation gains. They follow here, so
+  // that the search for a rotation ignores them.
   side.outside_rotation = side.values.size();
   for (const Vec3& landmark : landmarks)
     add_axis(static_cast<double>(settings.weights.landmark), [&](std::size_t i) {

@@ -28,8 +28,8 @@ struct CostSide {
   /// the square root of its weight; positions have the weight 1. The sides that limb_cost_sides()
   /// makes have other axes.
   std::vector<std::vector<float>> values;
-  /// First of the axes that the costs by which a rotation is found (morph/align.h) exclude, and
-  /// that limb_cost_sides() (morph/limb_plan.h) adopts.
+  /// Index of the first axis that the search for a rotation (morph/align.h) ignores. The sides that
+  /// limb_cost_sides() makes take over the axes from this one on.
   std::size_t outside_rotation = 0;
   std::size_t size() const { return mass.size(); }
 };

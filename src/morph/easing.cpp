@@ -16,8 +16,8 @@ double bezier(double p, double q, double s) {
 
 double bezier_ease(const MotionSettings& motion, double t) {
   const auto coordinate = [&](std::size_t i) { return static_cast<double>(motion.bezier[i]); };
-  // The coordinates are x1, y1, x2, y2. x(s) is monotone for x1, x2 in [0, 1], so bisection finds
-  // s; 40 steps suffice for a float.
+  // `motion.bezier` holds x1, y1, x2, y2. x(s) is monotone for x1, x2 in [0, 1], so bisection finds
+  // the s with x(s) = t; 40 steps suffice for a float.
   double low = 0, high = 1;
   for (int i = 0; i < 40; ++i) {
     const double middle = (low + high) / 2;
@@ -31,13 +31,15 @@ double bezier_ease(const MotionSettings& motion, double t) {
 double spring_deflection(double mass, double damping, double stiffness, double t) {
   const double g = damping / (2 * mass), w0 = std::sqrt(stiffness / mass);
   const double difference = w0 * w0 - g * g;
-  constexpr double kCritical = 1e-9;  // of w0^2; nearer to 0 the spring counts as critically damped
+  // Max |difference|, as a fraction of w0^2, of a spring that counts as critically damped.
+  constexpr double kCritical = 1e-9;
   if (difference > kCritical * w0 * w0) {
     const double w = std::sqrt(difference);
     return exact::exp(-g * t) * (exact::cos(w * t) + g / w * exact::sin(w * t));
   }
   if (difference >= -kCritical * w0 * w0) return exact::exp(-g * t) * (1 + g * t);
-  // Overdamped: a sum of two decays. cosh and sinh would overflow under strong damping.
+  // Overdamped: a sum of two decays, at the rates `slow` and `fast`. The equivalent formula with
+  // cosh and sinh would overflow under strong damping.
   const double root = std::sqrt(-difference), slow = g - root, fast = g + root;
   return (fast * exact::exp(-slow * t) - slow * exact::exp(-fast * t)) / (fast - slow);
 }

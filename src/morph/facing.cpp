@@ -14,17 +14,17 @@ namespace polymorph {
 namespace {
 
 /// Min MirrorPlane::overlap of the plane that decides the front. The front is undecided if the
-/// second plane's score_plane() is at least kSecondPlane times the first plane's.
-constexpr double kMinOverlap = 0.7, kSecondPlane = 0.97;
-/// Factor by which the larger of two rotations must be better: it is taken only if its discrepancy
-/// is below kGain times the smaller rotation's.
-constexpr double kGain = 0.9;
-/// Rotations within this angle, in radians, count as equal.
-constexpr double kNear = 25 * exact::kPi / 180;
-/// Weights of the discrepancy (docs/method.md, Facing): kDistances for the term in geodesic
-/// distances, 1 - kDistances for the term in points. Within the term in points, kCentrality is the
-/// weight of the points' mean distances.
-constexpr double kDistances = 0.8, kCentrality = 0.5;
+/// second plane's score_plane() is at least kMaxSecondScore times the first plane's.
+constexpr double kMinOverlap = 0.7, kMaxSecondScore = 0.97;
+/// The larger of two rotations is taken only if its discrepancy is below this fraction of the
+/// smaller rotation's.
+constexpr double kMaxDiscrepancyRatio = 0.9;
+/// Rotations that differ by less than this angle, in radians, count as equal.
+constexpr double kMaxPlanDifference = 25 * exact::kPi / 180;
+/// Weights of the discrepancy (docs/method.md, Facing): kGeodesicWeight for the term in geodesic
+/// distances, 1 - kGeodesicWeight for the term in points. Within the term in points,
+/// kCentralityWeight is the weight of the points' mean distances.
+constexpr double kGeodesicWeight = 0.8, kCentralityWeight = 0.5;
 constexpr int kMaxGradientSteps = 20;  // max number of steps of conditional gradients
 
 using Matrix = std::vector<double>;  // row by row
@@ -78,7 +78,7 @@ std::vector<double> mean_squared_distances(const ScaledBody& body) {
   return sums;
 }
 
-/// The product C_a T C_b of both bodies' distance matrices with a coupling T between them.
+/// The product C_a T C_b, where C_a and C_b are the bodies' distance matrices and T couples them.
 Matrix multiply_distances(const ScaledBody& a, const Matrix& coupling, const ScaledBody& b) {
   const std::size_t n = a.size(), m = b.size();
   Matrix coupling_times_b(n * m, 0), product(n * m, 0);
@@ -134,7 +134,7 @@ double fused_discrepancy(const ScaledBody& a, const ScaledBody& b, double angle)
       const Vec3d offset = rotated - b.points[k];
       const double mean_difference = a.mean_distances[i] - b.mean_distances[k];
       point_costs[i * m + k] =
-          dot(offset, offset) + kCentrality * mean_difference * mean_difference;
+          dot(offset, offset) + kCentralityWeight * mean_difference * mean_difference;
       squared_distances[i * m + k] = a_means[i] + b_means[k];
     }
   }
@@ -144,22 +144,23 @@ double fused_discrepancy(const ScaledBody& a, const ScaledBody& b, double angle)
   const auto discrepancy = [&] {
     double sum = 0;
     for (std::size_t i = 0; i < n * m; ++i)
-      sum += coupling[i] * ((1 - kDistances) * point_costs[i] +
-                            kDistances * (squared_distances[i] - 2 * product[i]));
+      sum += coupling[i] * ((1 - kGeodesicWeight) * point_costs[i] +
+                            kGeodesicWeight * (squared_distances[i] - 2 * product[i]));
     return sum;
   };
-  // Along `direction` the discrepancy is a parabola; each step goes to its minimum, or to the end.
+  // At a step s along `direction` the discrepancy changes by slope s + curvature s^2. Each step
+  // goes to the minimum of this parabola, but not beyond s = 1.
   for (int step = 0; step < kMaxGradientSteps; ++step) {
     Matrix gradient(n * m);
     for (std::size_t i = 0; i < n * m; ++i)
-      gradient[i] = (1 - kDistances) * point_costs[i] +
-                    2 * kDistances * (squared_distances[i] - 2 * product[i]);
+      gradient[i] = (1 - kGeodesicWeight) * point_costs[i] +
+                    2 * kGeodesicWeight * (squared_distances[i] - 2 * product[i]);
     Matrix direction = solve_linear(a, b, gradient);
     for (std::size_t i = 0; i < n * m; ++i) direction[i] -= coupling[i];
     const double slope = sum_products(gradient, direction);
     if (slope > -1e-9) break;  // converged
     const Matrix product_change = multiply_distances(a, direction, b);
-    const double curvature = -2 * kDistances * sum_products(product_change, direction);
+    const double curvature = -2 * kGeodesicWeight * sum_products(product_change, direction);
     const double step_length = curvature <= 0 ? 1 : std::min(1.0, -slope / (2 * curvature));
     for (std::size_t i = 0; i < n * m; ++i) {
       coupling[i] += step_length * direction[i];
@@ -183,7 +184,7 @@ bool is_symmetric(const Limbs& limbs) {
 std::optional<double> find_front_axis(const Limbs& limbs) {
   const std::vector<MirrorPlane>& planes = limbs.mirror_planes;
   if (planes.empty() || planes[0].overlap < kMinOverlap) return std::nullopt;
-  if (planes.size() > 1 && score_plane(planes[1]) >= kSecondPlane * score_plane(planes[0]))
+  if (planes.size() > 1 && score_plane(planes[1]) >= kMaxSecondScore * score_plane(planes[0]))
     return std::nullopt;
   return planes[0].azimuth + exact::kPi / 2;
 }
@@ -193,13 +194,15 @@ std::optional<double> find_facing(LimbPlan& limbs, double plan_angle,
                                   std::optional<double> to_front) {
   if (from_front && to_front) return azimuth_difference(*from_front, *to_front);
   const Limbs &from = limbs.from, &to = limbs.to;
-  const auto a = from_front ? from_front : find_front_axis(from),
-             b = to_front ? to_front : find_front_axis(to);
-  if (!a || !b) return std::nullopt;
-  // The two rotations that take one plane to the other. An angle near the plan's is replaced by it.
-  std::array<double, 2> angles = {wrap_angle(*b - *a), wrap_angle(*b - *a + exact::kPi)};
+  const auto from_azimuth = from_front ? from_front : find_front_axis(from),
+             to_azimuth = to_front ? to_front : find_front_axis(to);
+  if (!from_azimuth || !to_azimuth) return std::nullopt;
+  // The two rotations that take one plane to the other, the smaller first. The plan's angle
+  // replaces an angle that is near it.
+  std::array<double, 2> angles = {wrap_angle(*to_azimuth - *from_azimuth),
+                                  wrap_angle(*to_azimuth - *from_azimuth + exact::kPi)};
   for (double& angle : angles)
-    if (std::fabs(wrap_angle(angle - plan_angle)) < kNear) angle = plan_angle;
+    if (std::fabs(wrap_angle(angle - plan_angle)) < kMaxPlanDifference) angle = plan_angle;
   if (std::fabs(angles[1]) < std::fabs(angles[0])) std::swap(angles[0], angles[1]);
   std::array<LimbMatch, 2> matches;
   for (std::size_t k = 0; k < 2; ++k)
@@ -215,7 +218,7 @@ std::optional<double> find_facing(LimbPlan& limbs, double plan_angle,
     const auto i = static_cast<std::size_t>(k);
     discrepancies[i] = fused_discrepancy(body_a, body_b, angles[i]);
   });
-  return angles[discrepancies[1] < kGain * discrepancies[0] ? 1 : 0];
+  return angles[discrepancies[1] < kMaxDiscrepancyRatio * discrepancies[0] ? 1 : 0];
 }
 
 }  // namespace polymorph

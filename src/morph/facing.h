@@ -10,7 +10,7 @@
 namespace polymorph {
 
 /// Tests whether an object is so symmetric that the direction of its best mirror plane is exact:
-/// the mirror image covers at least 0.8 of the object.
+/// its mirror image covers at least 0.8 of its volume.
 bool is_symmetric(const Limbs& limbs);
 
 /// Finds the horizontal direction that lies in an object's mirror plane. The object's front faces

@@ -15,7 +15,8 @@
 namespace polymorph {
 namespace {
 
-/// Number of nearest neighbours that may be linked in the graph, and that measure the shape.
+/// Number of a ball's nearest neighbours that the graph may link to it, and number of those that
+/// form its neighbourhood (BallFeatures).
 constexpr std::size_t kGraphNeighbors = 8;
 constexpr std::size_t kShapeNeighbors = 16;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -112,8 +113,9 @@ std::vector<std::vector<std::uint32_t>> nearest_neighbors(std::span<const Vec3> 
                                                           std::size_t count) {
   std::vector<std::vector<std::uint32_t>> result(points.size());
   parallel_ranges(
-      static_cast<std::int64_t>(points.size()), 16, [&](std::int64_t begin, std::int64_t end) {
-        std::vector<std::pair<float, std::uint32_t>> others;
+      static_cast<std::int64_t>(points.size()), /*grain=*/16,
+      [&](std::int64_t begin, std::int64_t end) {
+        std::vector<std::pair<float, std::uint32_t>> others;  // squared distance, index
         for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
           others.clear();
           for (std::uint32_t j = 0; j < points.size(); ++j) {
@@ -142,7 +144,7 @@ BallFeatures ball_features(const std::vector<Ball>& balls, std::span<const doubl
   features.outward.assign(n, {});
   parallel_for(static_cast<std::int64_t>(n), [&](std::int64_t index) {
     const auto i = static_cast<std::size_t>(index);
-    if (neighbors[i].empty()) return;
+    if (neighbors[i].empty()) return;  // the object is a single ball
     // The centroid of the neighbourhood and the covariance about it.
     double total_mass = masses[i];
     Vec3d mean = Vec3d(centers[i]) * masses[i];

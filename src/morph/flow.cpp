@@ -29,6 +29,7 @@ Result<Flow> flow_at(PlanMoment now, PlanMoment next, const BallSet& balls,
     const std::vector<PairMaps> now_maps = pair_maps(plan, now.time),
                                 next_maps = pair_maps(next.plan, next.time);
     for (std::size_t e = 0; e < balls.size(); ++e) {
+      // The term of pair e, as a linear function of x - x_e: (x'_e - x_e) + (G_e - I) (x - x_e).
       const Vec3 displacement = next_balls[e].center - balls[e].center;
       const Mat3 rotation_and_scale = inverse(next_maps[e].to_source) * now_maps[e].to_source;
       set_linear(attributes[e], displacement, minus(rotation_and_scale, Mat3{}));

@@ -22,13 +22,13 @@ struct PlanMoment {
   float time = 0;
 };
 
-/// Computes the displacement d(x) = sum_e q_e (x'_e + G_e (x - x_e) - x) of each of `points` x from
-/// `now` to `next`. The sum is over the plan's pairs e. x_e and x'_e are the centres of the pair's
-/// ball at `now` and at `next`, q_e is the ball's share of the field at x, and G_e rotates and
-/// scales offsets from the ball as it moves. The level of the field, which changes to keep the
-/// volume, is taken as constant. `balls`: balls_at(now.plan, now.time). The moments may have any
-/// times, of the same plan or of plans with the same pairs in two poses. Errors: the engine's
-/// (field/extract_surface.h: to_status).
+/// Computes the displacement d(x) = sum_e share_e (x'_e + G_e (x - x_e) - x) of each of `points` x
+/// from `now` to `next`. The sum is over the plan's pairs e. x_e and x'_e are the centres of the
+/// pair's ball at `now` and at `next`, share_e is the ball's share of the field at x, and G_e
+/// rotates and scales offsets from the ball as it moves. The level of the field, which changes to
+/// keep the volume, is taken as constant. `balls`: balls_at(now.plan, now.time). The two moments
+/// may have any times. Their plans are the same, or plans of the same pairs in two poses. Errors:
+/// the engine's (field/extract_surface.h: to_status).
 Result<Flow> flow_at(PlanMoment now, PlanMoment next, const BallSet& balls,
                      const std::vector<Vec3>& points, Engine& engine);
 

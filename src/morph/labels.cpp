@@ -64,13 +64,13 @@ LabelMatch match_labels(const LabelledObject& from, const LabelledObject& to,
   // Sets of labels that match. Elements 0 to n - 1 are the labels of `from`, the others the labels
   // of `to`.
   DisjointSets sets(n + m);
-  std::vector<std::uint8_t> is_named(n + m, 0);
+  std::vector<std::uint8_t> is_matched(n + m, 0);
   const auto join = [&](std::span<const std::uint32_t> from_labels,
                         std::span<const std::uint32_t> to_labels) {
     if (from_labels.empty() || to_labels.empty()) return;
     const auto add = [&](std::size_t k) {
       sets.join(from_labels.front(), static_cast<std::uint32_t>(k));
-      is_named[k] = 1;
+      is_matched[k] = 1;
     };
     for (const std::uint32_t i : from_labels) add(i);
     for (const std::uint32_t j : to_labels) add(n + j);
@@ -79,17 +79,17 @@ LabelMatch match_labels(const LabelledObject& from, const LabelledObject& to,
     join(from_index.resolve(key), to_index.resolve(value));
     join(from_index.resolve(value), to_index.resolve(key));
   }
-  const std::vector<std::uint8_t> named_by_map = is_named;
+  const std::vector<std::uint8_t> matched_by_map = is_matched;
   for (std::size_t i = 0; i < n; ++i)
     for (const std::uint32_t j : to_index.find_label(from.labels[i]))
-      if (!named_by_map[i] && !named_by_map[n + j]) {
+      if (!matched_by_map[i] && !matched_by_map[n + j]) {
         sets.join(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(n + j));
-        is_named[i] = is_named[n + j] = 1;
+        is_matched[i] = is_matched[n + j] = 1;
       }
   // A set's number is its smallest member, which is a label of `from`.
   LabelMatch match{std::vector<std::int32_t>(n, kNoLabel), std::vector<std::int32_t>(m, kNoLabel)};
   for (std::size_t k = 0; k < n + m; ++k)
-    if (is_named[k])
+    if (is_matched[k])
       (k < n ? match.from[k] : match.to[k - n]) =
           static_cast<std::int32_t>(sets.find(static_cast<std::uint32_t>(k)));
   return match;
@@ -103,8 +103,8 @@ Result<std::vector<std::uint32_t>> label_points(const MorphPlan& plan, float tim
                                                 Engine& engine) {
   PM_CHECK(balls.size() == plan.pairs.size());
   PM_CHECK(from_names.size() == plan.from.size() && to_names.size() == plan.to.size());
-  // The labels that balls have, and 0. They are renumbered by their index in `distinct_labels`,
-  // because an object may have many more labels.
+  // The labels that balls have, and 0, so that the list is never empty. They are renumbered by
+  // their index in `distinct_labels`, because an object may have many more labels.
   std::vector<std::uint32_t> distinct_labels{0};
   for (const auto& names : {from_names, to_names})
     distinct_labels.insert(distinct_labels.end(), names.begin(), names.end());
@@ -131,12 +131,12 @@ Result<std::vector<std::uint32_t>> label_points(const MorphPlan& plan, float tim
   // Each label's weight is a value attached to the balls. A pass interpolates eight labels, in two
   // attributes of four values per ball.
   const std::vector<float> progress = pair_progress(plan, time);
-  std::vector<float> name_weights(points.size() * count);
+  std::vector<float> label_weights(points.size() * count);
   for (std::uint32_t first = 0; first < count; first += 8) {
     std::vector<BallAttribute> attributes(2 * balls.size());
-    const auto add = [&](std::size_t ball, std::uint32_t name, float share) {
-      if (name < first || name >= first + 8) return;
-      attributes[2 * ball + (name - first) / 4].value[(name - first) % 4] += share;
+    const auto add = [&](std::size_t ball, std::uint32_t label, float share) {
+      if (label < first || label >= first + 8) return;
+      attributes[2 * ball + (label - first) / 4].value[(label - first) % 4] += share;
     };
     for (std::size_t e = 0; e < balls.size(); ++e) {
       add(e, index_of_label(from_names[plan.pairs[e].from]), 1 - progress[e]);
@@ -146,20 +146,21 @@ Result<std::vector<std::uint32_t>> label_points(const MorphPlan& plan, float tim
            interpolate_attributes(engine, balls, plan.kind, attributes, points));
     for (std::size_t i = 0; i < points.size(); ++i)
       for (std::uint32_t k = 0; k < std::min(count - first, 8u); ++k)
-        name_weights[i * count + first + k] = values[2 * i + k / 4].v[k % 4];
+        label_weights[i * count + first + k] = values[2 * i + k / 4].v[k % 4];
   }
   // Each point gets the heaviest label of the heaviest family.
   std::vector<std::uint32_t> labels(points.size());
   std::vector<float> family_weight(count);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const float* weight = name_weights.data() + i * count;
+    const float* weight = label_weights.data() + i * count;
     std::fill(family_weight.begin(), family_weight.end(), 0.0f);
-    for (std::uint32_t name = 0; name < count; ++name) family_weight[family[name]] += weight[name];
+    for (std::uint32_t label = 0; label < count; ++label)
+      family_weight[family[label]] += weight[label];
     const auto best = static_cast<std::uint32_t>(
         std::max_element(family_weight.begin(), family_weight.end()) - family_weight.begin());
     std::uint32_t winner = best;
-    for (std::uint32_t name = 0; name < count; ++name)
-      if (family[name] == best && weight[name] > weight[winner]) winner = name;
+    for (std::uint32_t label = 0; label < count; ++label)
+      if (family[label] == best && weight[label] > weight[winner]) winner = label;
     labels[i] = distinct_labels[winner];
   }
   return labels;

@@ -15,7 +15,8 @@
 
 namespace polymorph {
 
-/// Finds the label, an index into model.label_names, of the face nearest to each ball.
+/// Finds the label, an index into model.label_names, of the face nearest to each ball; 0 if the
+/// model has no faces.
 std::vector<std::uint32_t> face_labels(const Model& model, const std::vector<Ball>& balls);
 
 /// One object's labels, for matching.
@@ -40,9 +41,9 @@ LabelMatch match_labels(const LabelledObject& from, const LabelledObject& to,
 /// are the labels of each object's balls, as indices into one list of names. Each pair of balls has
 /// its share of the field at the point as a weight. It adds (1 - u) of this weight to its source
 /// ball's label and u to its target ball's, where u is the pair's eased progress. The weights of
-/// labels that match (MorphPlan::from_labels) are summed; of the labels with the largest sum, the
-/// one with the largest own weight is returned. `balls`: balls_at(plan, time). Errors: the engine's
-/// (field/extract_surface.h: to_status).
+/// labels that match (MorphPlan::from_labels) are summed. Of the matching labels with the largest
+/// sum, the one with the largest weight of its own is returned. `balls`: balls_at(plan, time).
+/// Errors: the engine's (field/extract_surface.h: to_status).
 Result<std::vector<std::uint32_t>> label_points(const MorphPlan& plan, float time,
                                                 const BallSet& balls,
                                                 const std::vector<Vec3>& points,

@@ -24,7 +24,7 @@ std::vector<std::size_t> others_by_volume(const Limbs& limbs,
   for (std::size_t i = 0; i < nouns.size(); ++i)
     if (nouns[i].empty()) others.push_back(i);
   for (const Limb& limb : limbs.limbs)
-    for (const std::uint32_t i : limb.inner) std::erase(others, i);
+    for (const std::uint32_t i : limb.nested) std::erase(others, i);
   std::stable_sort(others.begin(), others.end(), [&](std::size_t i, std::size_t k) {
     return limbs.limbs[i].volume > limbs.limbs[k].volume;
   });
@@ -87,8 +87,9 @@ std::string describe_side(const Limbs& limbs, const Mat3& to_original,
     low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
     high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
   }
-  // An axis counts if the group is at least this fraction as wide along it as along the other.
-  // Groups of more than two limbs get a word for each axis that counts, pairs only for the wider.
+  // An axis counts if the group's width along it is at least this fraction of its width along the
+  // other axis. A limb of a pair gets a word for the wider axis only, a limb of a larger group for
+  // each axis that counts.
   constexpr double kMinAspect = 0.25;
   const Vec3d p = tip(limb), middle = (low + high) * 0.5, size = high - low;
   const bool by_x = size.x >= kMinAspect * size.z, by_z = size.z >= kMinAspect * size.x;

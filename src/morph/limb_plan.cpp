@@ -24,8 +24,8 @@ using LinePoints = std::array<Vec3d, kLinePoints>;
 LinePoints extend_line(const Limb& limb) {
   constexpr std::size_t n = kLimbStations;
   LinePoints points;
-  // The ends are 0.05 of the length beyond the last stations, a third of the stations' distance
-  // 0.15.
+  // Root and tip lie beyond the outermost stations by 0.05 of the limb's length, which is a third
+  // of the distance between two stations (0.15).
   points[0] = limb.line[0] - (limb.line[1] - limb.line[0]) * (1.0 / 3);
   points[n + 1] = limb.line[n - 1] + (limb.line[n - 1] - limb.line[n - 2]) * (1.0 / 3);
   std::copy(limb.line.begin(), limb.line.end(), points.begin() + 1);
@@ -89,7 +89,7 @@ std::optional<std::uint32_t> find_limb_of_label(const PlanSide& side, const Limb
     for (std::size_t b = 0; b < side.labels.size(); ++b)
       if (side.labels[b] == label) ++balls, on_limb += limbs.holds(i, b);
     if (2 * on_limb > balls &&
-        (!best || limbs.limbs[i].inner.size() < limbs.limbs[*best].inner.size()))
+        (!best || limbs.limbs[i].nested.size() < limbs.limbs[*best].nested.size()))
       best = i;
   }
   return best;
@@ -161,8 +161,8 @@ AllowedLimbs allowed_limbs(const PlanSide& from, const PlanSide& to, const Limbs
 /// Tests whether two limbs of one object are the same limb or one sits on the other.
 bool overlap(const Limbs& limbs, std::uint32_t a, std::uint32_t b) {
   const auto holds = [&](std::uint32_t outer, std::uint32_t inner) {
-    const std::vector<std::uint32_t>& inner_limbs = limbs.limbs[outer].inner;
-    return std::find(inner_limbs.begin(), inner_limbs.end(), inner) != inner_limbs.end();
+    const std::vector<std::uint32_t>& nested = limbs.limbs[outer].nested;
+    return std::find(nested.begin(), nested.end(), inner) != nested.end();
   };
   return a == b || holds(a, b) || holds(b, a);
 }
@@ -234,11 +234,11 @@ std::vector<std::uint32_t> list_unmatched_labels(const LabelCarriers& own,
 std::vector<ChosenLimbs> choose_limbs(const std::vector<ChosenLimbs>& by_landmarks,
                                       const std::vector<ChosenLimbs>& by_labels, const Limbs& a,
                                       const Limbs& b) {
-  // The choices with the longest limbs come first. Lengths are relative to the object's reach.
+  // The choices with the longest limbs come first. Lengths are relative to Limbs::max_distance.
   const auto longest_of = [](const Limbs& all, const std::vector<std::uint32_t>& limbs) {
     double longest = 0;
     for (const std::uint32_t i : limbs) longest = std::max(longest, all.limbs[i].length());
-    return longest / all.reach;
+    return longest / all.max_distance;
   };
   const auto length_of = [&](const ChosenLimbs& choice) {
     return longest_of(a, choice.from) + longest_of(b, choice.to);
@@ -294,7 +294,7 @@ double field_at(const std::vector<Ball>& balls, Vec3d p) {
 
 /// Finds the point of the balls' surface between a point inside and one outside, by bisection.
 Vec3d surface_between(const std::vector<Ball>& balls, Vec3d inside, Vec3d outside) {
-  constexpr int kHalvings = 24;
+  constexpr int kHalvings = 24;  // down to the resolution of float
   for (int k = 0; k < kHalvings; ++k) {
     const Vec3d middle = (inside + outside) * 0.5;
     (field_at(balls, middle) >= 1 ? inside : outside) = middle;
@@ -306,16 +306,16 @@ Vec3d surface_between(const std::vector<Ball>& balls, Vec3d inside, Vec3d outsid
 /// `place`: the limb's root, mapped to this object; `direction`: the limb's direction there.
 Vec3d place_on_surface(const std::vector<Ball>& balls, const Limbs& limbs, Vec3d place,
                        Vec3d direction) {
-  constexpr double kStep = 0.02;  // fraction of Limbs::reach
+  constexpr double kStep = 0.02;  // fraction of Limbs::max_distance
   constexpr int kSteps = 100;
   // From inside, go along the limb until the surface.
   if (field_at(balls, place) >= 1) {
-    const Vec3d step = direction * (kStep * limbs.reach);
+    const Vec3d step = direction * (kStep * limbs.max_distance);
     for (int k = 1; k <= kSteps; ++k) {
       const Vec3d next = place + step * static_cast<double>(k);
       if (field_at(balls, next) < 1) return surface_between(balls, next - step, next);
     }
-    return place;  // the surface is farther away than twice the reach
+    return place;  // the surface is farther away than twice Limbs::max_distance
   }
   // From outside, go towards the nearest ball.
   const auto nearest = std::ranges::min_element(
@@ -325,7 +325,8 @@ Vec3d place_on_surface(const std::vector<Ball>& balls, const Limbs& limbs, Vec3d
 }
 
 /// Lists the lone limbs: those that are small and slim and overlap no matched or labelled limb. Of
-/// lone limbs that sit on each other only the outer one, which holds the others, is listed.
+/// lone limbs that sit on each other only the one that holds the others is listed. `labelled`:
+/// LimbPlan::from_unmatched_labels or to_unmatched_labels.
 std::vector<std::uint32_t> list_lone_limbs(const Limbs& limbs,
                                            std::span<const std::uint32_t> matched,
                                            std::span<const std::uint32_t> labelled) {
@@ -347,8 +348,8 @@ std::vector<std::uint32_t> list_lone_limbs(const Limbs& limbs,
   std::vector<std::uint32_t> lone;
   for (const std::uint32_t k : candidates)
     if (std::none_of(candidates.begin(), candidates.end(), [&](std::uint32_t i) {
-          const std::vector<std::uint32_t>& inner_limbs = limbs.limbs[i].inner;
-          return std::find(inner_limbs.begin(), inner_limbs.end(), k) != inner_limbs.end();
+          const std::vector<std::uint32_t>& nested = limbs.limbs[i].nested;
+          return std::find(nested.begin(), nested.end(), k) != nested.end();
         }))
       lone.push_back(k);
   return lone;
@@ -397,7 +398,7 @@ LimbCurves make_curves(const std::vector<Ball>& balls, const Limbs& own,
   for (const std::uint32_t limb_index : lone) {
     const Limb& limb = own.limbs[limb_index];
     curves.lone.push_back(make_curve(limb));
-    // The root moves like the nearest ball of the body.
+    // The warp moves the root as it moves the nearest ball of the body.
     const Vec3d root(curves.lone.back().points[0]);
     std::size_t nearest = balls.size();
     const auto distance = [&](std::size_t b) { return length(Vec3d(balls[b].center) - root); };
@@ -546,15 +547,16 @@ void add_lone_pairs(MorphPlan& plan) {
 }
 
 LimbMatch match_at(LimbPlan& plan, double angle) {
-  for (const auto& [known, match] : plan.searched)
+  for (const auto& [known, match] : plan.matches_by_angle)
     if (known == angle) return match;
-  plan.searched.emplace_back(angle, match_limbs(plan.from, plan.to, angle, plan.choices));
-  return plan.searched.back().second;
+  plan.matches_by_angle.emplace_back(angle, match_limbs(plan.from, plan.to, angle, plan.choices));
+  return plan.matches_by_angle.back().second;
 }
 
 std::vector<Vec3d> warp_balls(const std::vector<Ball>& balls, const Limbs& own, const Limbs& other,
                               std::span<const MatchedLimbs> matched, double angle) {
-  // A root's displacement dominates within this fraction of the reach.
+  // Distance from a root within which its displacement dominates, as a fraction of
+  // Limbs::max_distance.
   constexpr double kRootRadius = 0.08;
   const Mat3 rotation = about_vertical(angle);
   const auto carry_rigidly = [&](Vec3d p) { return other.center + rotation * (p - own.center); };
@@ -570,7 +572,7 @@ std::vector<Vec3d> warp_balls(const std::vector<Ball>& balls, const Limbs& own, 
       continue;
     }
     const auto weight_at = [&](double distance) {
-      const double root_radius = kRootRadius * own.reach;
+      const double root_radius = kRootRadius * own.max_distance;
       return 1 / (distance * distance + root_radius * root_radius);
     };
     double weights = weight_at(own.ball_distances[b]);  // the centre is not displaced
@@ -646,7 +648,7 @@ std::pair<CostSide, CostSide> limb_cost_sides(const LimbPlan& limbs, const std::
     axis([&](std::size_t b) { return (in_from(b).y - limbs.from.middle.y) * from_scale; });
     axis([&](std::size_t b) { return (in_from(b).z - limbs.from.middle.z) * from_scale; });
     axis([&](std::size_t b) {
-      return std::sqrt(kDistanceWeight) * own.ball_distances[b] / std::max(own.reach, 1e-9);
+      return std::sqrt(kDistanceWeight) * own.ball_distances[b] / std::max(own.max_distance, 1e-9);
     });
     side.outside_rotation = side.values.size();
     for (std::size_t k = plain.outside_rotation; k < plain.values.size(); ++k)
@@ -660,7 +662,8 @@ std::pair<CostSide, CostSide> limb_cost_sides(const LimbPlan& limbs, const std::
   const auto warped_center = [](const std::vector<Vec3d>& places) {
     return [&places](std::size_t b) { return places[b]; };
   };
-  // A ball's centre in the target, then in the source: own or warped.
+  // The two functions of a side give a ball's centre in the target and in the source; one of the
+  // centres is the ball's own, the other is warped.
   std::pair sides(
       make_side(from.size(), from_side, warped_center(from_in_to), center(from), limbs.from),
       make_side(to.size(), to_side, center(to), warped_center(to_in_from), limbs.to));
@@ -678,7 +681,7 @@ std::vector<std::pair<std::string, std::string>> list_limb_names(const LimbPlan&
   std::uint32_t from_listed = 0, to_listed = 0;
   const auto mask = [](const Limbs& all, std::uint32_t limb) {
     std::uint32_t bits = 1u << limb;
-    for (const std::uint32_t i : all.limbs[limb].inner) bits |= 1u << i;
+    for (const std::uint32_t i : all.limbs[limb].nested) bits |= 1u << i;
     return bits;
   };
   for (const auto& [i, k] : limbs.match.limbs) {
@@ -687,10 +690,10 @@ std::vector<std::pair<std::string, std::string>> list_limb_names(const LimbPlan&
     to_listed |= mask(limbs.to, k);
   }
   for (std::uint32_t i = 0; i < from.size(); ++i)
-    if (limbs.from.limbs[i].inner.empty() && !(from_listed >> i & 1))
+    if (limbs.from.limbs[i].nested.empty() && !(from_listed >> i & 1))
       names.emplace_back(from[i], "");
   for (std::uint32_t k = 0; k < to.size(); ++k)
-    if (limbs.to.limbs[k].inner.empty() && !(to_listed >> k & 1)) names.emplace_back("", to[k]);
+    if (limbs.to.limbs[k].nested.empty() && !(to_listed >> k & 1)) names.emplace_back("", to[k]);
   return names;
 }
 

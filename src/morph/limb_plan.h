@@ -26,7 +26,7 @@ struct LimbPlan {
   /// that part of the body, so they are not lone limbs (LimbCurves::lone).
   std::vector<std::uint32_t> from_unmatched_labels = {}, to_unmatched_labels = {};
   /// Results of match_at(): the angles at which it was called, radians, and the matches.
-  std::vector<std::pair<double, LimbMatch>> searched = {};
+  std::vector<std::pair<double, LimbMatch>> matches_by_angle = {};
 };
 
 /// Finds the limbs of both sides and the user's choices about them; does not match them. Landmarks
@@ -40,7 +40,8 @@ LimbPlan find_limbs_of_sides(const PlanSide& from, const PlanSide& to,
                              const PlanSettings& settings);
 
 /// Matches the limbs, starting from a rotation of `from` by `angle` radians about the vertical
-/// (match_limbs()). Stores the result in `plan.searched`, so that each angle is computed once.
+/// (match_limbs()). Stores the result in `plan.matches_by_angle`, so that each angle is computed
+/// once.
 LimbMatch match_at(LimbPlan& plan, double angle);
 
 /// Warps the balls of the object `own` into the shape of the object `other`; returns their centres
@@ -53,8 +54,8 @@ std::vector<Vec3d> warp_balls(const std::vector<Ball>& balls, const Limbs& own, 
                               std::span<const MatchedLimbs> matched, double angle);
 
 /// Computes for each ball the position in the list `matched` of the limb that it belongs to, or
-/// kNoLabel. `matched`: indices of limbs in `limbs`; in lists of both objects' matched limbs in the
-/// same order, equal positions are matched limbs.
+/// kNoLabel. `matched`: indices of limbs in `limbs`. If the lists of both objects have matched
+/// limbs at equal positions, the balls of matched limbs get equal indices.
 std::vector<std::int32_t> limb_indices_of_balls(const Limbs& limbs,
                                                 std::span<const std::uint32_t> matched);
 

@@ -52,8 +52,9 @@ Mat3 stretch(Vec3d direction, double along, double across) {
   return result;
 }
 
-/// Sets the slopes of a sample on a matched limb. The moving limb's tangent and radius are
-/// interpolated at `u` between the points `a` and `b` of both objects.
+/// Sets the slopes of a sample on a matched limb (F_e in docs/method.md, Limbs in the map). The
+/// moving limb's tangent and radius are interpolated at `u` between the points `a` and `b` of both
+/// objects.
 void set_slopes(const CurvePoint& a, const CurvePoint& b, const PartMotion& part, double u,
                 LimbSample& sample) {
   // The target's tangent and radius, in the source's orientation and scale.
@@ -111,7 +112,8 @@ LimbSample lone_sample(const MorphPlan& plan, std::uint32_t e, double u,
   sample.to_source = sample.to_target = Mat3{{0, 0, 0, 0, 0, 0, 0, 0, 0}};
   (is_source ? sample.to_source : sample.to_target) =
       lone_slope(point.tangent, remaining, inv_motion);
-  // The moving point lies between the moving root and the point of the unshrunk limb.
+  // The moving point lies between the moving root and the point of the unshrunk limb. At the limb's
+  // full length it is exactly `own_point`.
   const Vec3d root(roots[is_source ? limb : plan.from_curves.lone.size() + limb]);
   const Vec3d offset = point.position - Vec3d(curves.lone[limb].points[0]);
   const Vec3d moved_offset =

@@ -16,11 +16,13 @@ constexpr std::uint32_t kNone = VoxelSolid::kNone;
 /// Max number of tips. The pruned tree then has at most 13 nodes, so that the limbs of tips and
 /// nodes fit a mask of 32 bits (Limbs::ball_limbs).
 constexpr std::size_t kMaxTips = 14;
-/// Min prominence of a tip (its distance from the centre minus its saddle's), as a fraction of the
-/// largest distance from the centre, and of the local radius at the saddle.
+/// Min prominence of a tip: its distance from the centre minus the distance of the saddle at which
+/// its component merges. The limits are fractions of the largest distance from the centre, and of
+/// the local radius at the saddle.
 constexpr double kMinProminence = 0.1, kMinProminenceInRadii = 0.5;
-/// Conditions on a limb on which others sit: its min length, as a fraction of the largest distance
-/// from the centre, and of the longest limb that sits on it; and its max fraction of the volume.
+/// Conditions on an inner arc of the merge tree, on which others sit, to be a limb: its min length,
+/// as a fraction of the largest distance from the centre and of the longest arc that sits on it;
+/// and its max fraction of the volume.
 constexpr double kMinInnerLength = 0.06, kMinInnerLengthInLimbs = 0.4, kMaxInnerVolume = 0.25;
 
 /// The object's voxels, with the distances and order in which its limbs are found.
@@ -122,6 +124,8 @@ std::vector<std::uint32_t> prominent_tips(const Body& body) {
     std::uint32_t voxel, prominence, saddle;
   };
   std::vector<Tip> tips;
+  // All components but the first, which has the farthest voxel, end at `voxel`: it is their saddle.
+  // One component is left at the end; the centre counts as its saddle.
   merge_tree(body, [&](std::uint32_t voxel, const std::vector<std::uint32_t>& roots) {
     for (std::size_t k = 1; k < roots.size(); ++k)
       tips.push_back({roots[k], body.distance[roots[k]] - body.distance[voxel], voxel});
@@ -144,16 +148,17 @@ std::vector<std::uint32_t> prominent_tips(const Body& body) {
 /// An arc of the merge tree after it is pruned to the prominent tips.
 struct Arc {
   std::uint32_t tip = 0, root = 0;  ///< voxels: the farthest, and the one at which the arc ends
-  std::uint32_t top = 0;  ///< distance from the centre at which it begins, at its tip or node
-  /// The arcs that end where this one begins, and the inner arcs of these.
-  std::vector<std::uint32_t> inner;
+  std::uint32_t top = 0;  ///< distance from the centre of the tip or node at which the arc begins
+  /// Indices of the arcs that end where this one begins, and of the arcs nested in these.
+  std::vector<std::uint32_t> nested;
 };
 
 /// Finds the arcs of the merge tree pruned to `tips`: one per tip, then one per node at which arcs
 /// meet. An arc ends at the node where it meets another, or at the body's centre.
 std::vector<Arc> find_arcs(const Body& body, const std::vector<std::uint32_t>& tips) {
   std::vector<Arc> arcs;
-  for (const std::uint32_t tip : tips) arcs.push_back({tip, body.center, body.distance[tip], {}});
+  for (const std::uint32_t tip : tips)
+    arcs.push_back({tip, body.center, body.distance[tip], /*nested=*/{}});
   // open_arc[v]: the arc that the component named v (its farthest voxel) belongs to so far, or
   // kNone.
   std::vector<std::uint32_t> open_arc(body.solid.size(), kNone);
@@ -170,12 +175,13 @@ std::vector<Arc> find_arcs(const Body& body, const std::vector<std::uint32_t>& t
     // Where two arcs or more meet, they end, and a new one begins.
     std::uint32_t arc = ending_arcs.front();
     if (ending_arcs.size() > 1) {
-      Arc new_arc = {arcs[arc].tip, body.center, body.distance[voxel], {}};
+      Arc new_arc = {arcs[arc].tip, body.center, body.distance[voxel], /*nested=*/{}};
       for (const std::uint32_t end : ending_arcs) {
         arcs[end].root = voxel;
         if (body.distance[arcs[end].tip] > body.distance[new_arc.tip]) new_arc.tip = arcs[end].tip;
-        new_arc.inner.push_back(end);
-        new_arc.inner.insert(new_arc.inner.end(), arcs[end].inner.begin(), arcs[end].inner.end());
+        new_arc.nested.push_back(end);
+        new_arc.nested.insert(new_arc.nested.end(), arcs[end].nested.begin(),
+                              arcs[end].nested.end());
       }
       arc = static_cast<std::uint32_t>(arcs.size());
       arcs.push_back(std::move(new_arc));
@@ -185,7 +191,7 @@ std::vector<Arc> find_arcs(const Body& body, const std::vector<std::uint32_t>& t
   return arcs;
 }
 
-/// Collects the voxels of an arc and its inner arcs: those connected to its tip by voxels that are
+/// Collects the voxels of an arc and its nested arcs: those connected to its tip by voxels that are
 /// farther from the centre than its root. Returns them in increasing order.
 std::vector<std::uint32_t> collect_members(const Body& body, const Arc& arc) {
   std::vector<std::uint8_t> seen(body.solid.size(), 0);
@@ -265,15 +271,15 @@ std::vector<std::uint8_t> mark_limbs(const Body& body, const std::vector<Arc>& a
   for (std::size_t k = 0; k < arcs.size(); ++k) {
     const Arc& arc = arcs[k];
     double longest = 0;
-    for (const std::uint32_t i : arc.inner)
+    for (const std::uint32_t i : arc.nested)
       if (body.distance[arcs[i].root] == arc.top)  // sits on the arc directly
         longest = std::max(longest, own_length(arcs[i]));
     const double volume =
         static_cast<double>(members[k].size()) / static_cast<double>(body.solid.size());
-    is_limb.push_back(arc.inner.empty() || (arc.root != body.center &&
-                                            own_length(arc) >= kMinInnerLength * max_distance &&
-                                            own_length(arc) >= kMinInnerLengthInLimbs * longest &&
-                                            volume <= kMaxInnerVolume));
+    is_limb.push_back(arc.nested.empty() || (arc.root != body.center &&
+                                             own_length(arc) >= kMinInnerLength * max_distance &&
+                                             own_length(arc) >= kMinInnerLengthInLimbs * longest &&
+                                             volume <= kMaxInnerVolume));
   }
   return is_limb;
 }
@@ -326,8 +332,8 @@ void measure_whole(const Body& body, Limbs& limbs) {
   }
   limbs.rms = square > 0 ? std::sqrt(square) : 1;
   limbs.center = solid.center(body.center);
-  limbs.size = body.mean_distance * solid.unit();
-  limbs.reach = static_cast<double>(body.distance[body.order.front()]) * solid.unit();
+  limbs.mean_distance = body.mean_distance * solid.unit();
+  limbs.max_distance = static_cast<double>(body.distance[body.order.front()]) * solid.unit();
 }
 
 /// Fraction of the solid's voxels whose mirror image lies in the solid, estimated from about 4000
@@ -348,12 +354,13 @@ double mirror_overlap(const VoxelSolid& solid, Vec3d middle, double azimuth, dou
 
 /// Counts the pairs of tips that the plane's reflection swaps.
 int count_swapped(const Limbs& limbs, double azimuth) {
-  // Max distance from a tip to another tip's mirror image, in RMS sizes.
+  // Max distance from a tip to another tip's mirror image, as a fraction of Limbs::rms.
   constexpr double kMaxDistance = 0.35;
   const Vec3d normal = {exact::sin(azimuth), 0, exact::cos(azimuth)};
   std::vector<Vec3d> tips;
   for (const Limb& limb : limbs.limbs)
-    if (limb.inner.empty()) tips.push_back(limb.tip() - limbs.middle);
+    if (limb.nested.empty()) tips.push_back(limb.tip() - limbs.middle);
+  // The tip nearest to the mirror image of tip i; i itself if none is near.
   const auto find_image = [&](std::size_t i) {
     const Vec3d image = tips[i] - normal * (2 * dot(tips[i], normal));
     std::size_t nearest = 0;
@@ -373,7 +380,7 @@ int count_swapped(const Limbs& limbs, double azimuth) {
 /// centroid, the one with the largest overlap counts.
 std::vector<MirrorPlane> find_mirror_planes(const VoxelSolid& solid, const Limbs& limbs) {
   constexpr int kAngles = 60, kOffsets = 5;
-  constexpr double kOffsetStep = 1.5;  // voxels
+  constexpr double kOffsetStep = 1.5;  // distance between neighbouring parallel planes, in voxels
   std::array<MirrorPlane, kAngles> planes;
   parallel_for(kAngles, [&](std::int64_t k) {
     MirrorPlane& plane = planes[static_cast<std::size_t>(k)];
@@ -413,11 +420,11 @@ Limbs find_limbs(const std::vector<Ball>& balls) {
   std::vector<Arc> arcs = find_arcs(body, prominent_tips(body));
   std::vector<std::vector<std::uint32_t>> members(arcs.size());
   parallel_for(static_cast<std::int64_t>(arcs.size()), [&](std::int64_t k) {
-    const auto at = static_cast<std::size_t>(k);
-    members[at] = collect_members(body, arcs[at]);
+    const auto i = static_cast<std::size_t>(k);
+    members[i] = collect_members(body, arcs[i]);
   });
   const std::vector<std::uint8_t> is_limb = mark_limbs(body, arcs, members);
-  // List the limbs. An arc's inner arcs stand before it, so their limbs' indices are known.
+  // List the limbs. An arc's nested arcs stand before it, so their limbs' indices are known.
   std::vector<std::uint32_t> limb_index(arcs.size(), kNone);
   std::vector<Arc> limb_arcs;
   std::vector<std::vector<std::uint32_t>> limb_members;
@@ -425,8 +432,8 @@ Limbs find_limbs(const std::vector<Ball>& balls) {
     if (!is_limb[k]) continue;
     limb_index[k] = static_cast<std::uint32_t>(limb_arcs.size());
     Limb limb = make_limb(body, arcs[k], members[k]);
-    for (const std::uint32_t i : arcs[k].inner)
-      if (limb_index[i] != kNone) limb.inner.push_back(limb_index[i]);
+    for (const std::uint32_t i : arcs[k].nested)
+      if (limb_index[i] != kNone) limb.nested.push_back(limb_index[i]);
     limbs.limbs.push_back(std::move(limb));
     limb_arcs.push_back(std::move(arcs[k]));
     limb_members.push_back(std::move(members[k]));

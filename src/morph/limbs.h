@@ -18,13 +18,13 @@ constexpr double limb_station(std::size_t k) {
   return 0.05 + 0.9 * static_cast<double>(k) / static_cast<double>(kLimbStations - 1);
 }
 
-/// A protruding part of an object. It consists of connected points that are farther, geodesically,
-/// from the object's centre than the point at which the part joins the rest: a saddle of the
-/// distance, and a node of the merge tree.
+/// A protruding part of an object. It joins the rest at a saddle of the geodesic distance from the
+/// object's centre, which is a node of the merge tree. It consists of connected points that are
+/// farther from the centre than this saddle.
 struct Limb {
   std::array<Vec3d, kLimbStations> line;     ///< centres of the cross-sections at the stations
   std::array<double, kLimbStations> radius;  ///< half the limb's thickness at the stations
-  Vec3d root;                                ///< centroid of the first 12 % of the limb's length
+  Vec3d root;                                ///< centroid of the first 12 % of the limb, by length
   double root_distance = 0;                  ///< geodesic distance of the root from Limbs::center
   double tip_distance = 0;                   ///< geodesic distance of the tip from Limbs::center
   /// Length from the root to the limbs that sit on this one or, if there are none, to the tip.
@@ -32,7 +32,7 @@ struct Limb {
   double volume = 0;  ///< fraction of the object's volume
   /// Indices in Limbs::limbs of the limbs that sit on this one, directly or on one another, such as
   /// a head's horns. It is empty for a leaf of the merge tree, on which no other limb sits.
-  std::vector<std::uint32_t> inner;
+  std::vector<std::uint32_t> nested;
 
   double length() const { return tip_distance - root_distance; }
   Vec3d tip() const { return line.back(); }  ///< the last station
@@ -69,8 +69,8 @@ struct Limbs {
   Vec3d middle;                            ///< centroid of the volume
   double rms = 0;                          ///< RMS distance from `middle`
   Vec3d center;              ///< the point with the smallest mean geodesic distance to all others
-  double size = 0;           ///< mean geodesic distance from `center`
-  double reach = 0;          ///< largest geodesic distance from `center`
+  double mean_distance = 0;  ///< mean geodesic distance from `center`
+  double max_distance = 0;   ///< largest geodesic distance from `center`
   double low = 0, high = 0;  ///< lowest and highest y of the volume
   /// tip_distances[i][k]: geodesic distance from the tip of limb i to the tip of limb k.
   std::vector<std::vector<double>> tip_distances;

@@ -33,12 +33,13 @@ std::vector<Vec3> points_in_ball(std::size_t count) {
   return points;
 }
 
-/// A ball exp(w - q) is sampled out to where its value is exp(-4), that is, to q = max(w, 0) + 4.
+/// A ball exp(w - q) is sampled out to q = max(w, 0) + 4, where its value is at most exp(-4).
 constexpr float kTail = 4;
 /// A ball is ignored at points where its value is below exp(-9), as in the kernels.
 constexpr float kCutoff = 9;
 
-float max_exponent(const Ball& ball, float margin) { return std::max(ball.w, 0.0f) + margin; }
+/// The largest q at which a ball is sampled.
+float max_q(const Ball& ball, float margin) { return std::max(ball.w, 0.0f) + margin; }
 
 /// The longest semi-axis of d^T shape d = 1.
 float longest_axis(const Ball& ball) {
@@ -65,7 +66,7 @@ VolumeIntegrals integrate_ball(const std::vector<Ball>& balls, std::size_t index
                                const std::vector<float>& longest_axes,
                                const std::vector<Vec3>& points, Vec3d center) {
   const Ball& ball = balls[index];
-  const float radius = std::sqrt(max_exponent(ball, kTail) / ball.a);
+  const float radius = std::sqrt(max_q(ball, kTail) / ball.a);
   std::vector<std::uint32_t> near_indices;
   for (std::uint32_t j = 0; j < balls.size(); ++j) {
     const float other_radius =
@@ -75,7 +76,6 @@ VolumeIntegrals integrate_ball(const std::vector<Ball>& balls, std::size_t index
     if (dot(d, d) < max_distance * max_distance) near_indices.push_back(j);
   }
   const Mat3 ellipsoid = to_ellipsoid(ball);
-  // The values and their sum are computed in two loops, of which the compiler vectorizes the first.
   const auto value = [](const Ball& b, Vec3 x) {
     constexpr float kLog2E = 1.44269504f, kMin = -120;  // kMin is within exp2()'s range
     const float exponent = kLog2E * (b.w - b.a * quadratic(b.shape, x - b.center));
@@ -87,6 +87,7 @@ VolumeIntegrals integrate_ball(const std::vector<Ball>& balls, std::size_t index
   VolumeIntegrals sum;
   for (const Vec3& point : points) {
     const Vec3 x = ball.center + to_float(ellipsoid * (Vec3d(point) * static_cast<double>(radius)));
+    // Values and sum have separate loops, because the compiler vectorizes only the first.
     for (std::size_t j = 0; j < near_balls.size(); ++j) values[j] = value(near_balls[j], x);
     const float field = std::accumulate(values.begin(), values.end(), 0.0f);
     if (!(field > 1)) continue;
@@ -112,8 +113,8 @@ std::vector<VolumeIntegrals> integrate_blended(const std::vector<Ball>& balls, V
   for (std::size_t i = 0; i < balls.size(); ++i) longest_axes[i] = longest_axis(balls[i]);
   std::vector<VolumeIntegrals> integrals(balls.size());
   parallel_for(static_cast<std::int64_t>(balls.size()), [&](std::int64_t i) {
-    const auto at = static_cast<std::size_t>(i);
-    integrals[at] = integrate_ball(balls, at, longest_axes, points, center);
+    const auto k = static_cast<std::size_t>(i);
+    integrals[k] = integrate_ball(balls, k, longest_axes, points, center);
   });
   return integrals;
 }
@@ -143,7 +144,7 @@ std::vector<VolumeIntegrals> integrate_balls(const std::vector<Ball>& balls, Fie
 
 std::vector<double> ball_masses(const std::vector<Ball>& balls, FieldKind kind) {
   std::vector<double> masses;
-  for (const VolumeIntegrals& ball : integrate_balls(balls, kind, {}))
+  for (const VolumeIntegrals& ball : integrate_balls(balls, kind, /*center=*/{}))
     masses.push_back(ball.volume);
   const double sum = std::accumulate(masses.begin(), masses.end(), 0.0);
   const auto count = static_cast<double>(balls.size());

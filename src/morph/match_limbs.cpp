@@ -12,27 +12,26 @@
 namespace polymorph {
 namespace {
 
-// Weights of the terms in the cost of a pair of limbs. Lengths are relative to the RMS size or to
-// the mean geodesic distance from the centre.
+// Weights of the terms in the cost of a pair of limbs (pair_cost()), which compare Features.
 constexpr double kTip = 0.15, kRoot = 0.5, kDirection = 0.6, kLength = 0.25, kThickness = 0.15,
                  kVolume = 0.05, kDepth = 0.5, kTipHeight = 0.6, kRootHeight = 1.2, kToe = 0.4;
 constexpr double kFloorCost = 1.2;  // cost of a limb on the floor with one that is not
 /// Weights of the terms in the cost of two pairs together: the difference of the tips' geodesic
 /// distances, and the angle between the directions from root to root.
-constexpr double kBetween = 0.6, kRootsBetween = 0.4;
+constexpr double kTipDistances = 0.6, kRootDirections = 0.4;
 /// Max cost of two limbs whose roots change sides. Running legs cross, but their roots do not.
 constexpr double kCrossingCost = 1;
-/// Cost of a limb that stays alone, per length; factor for a limb that sits on a matched one; max
-/// length that counts, relative to the mean geodesic distance.
-constexpr double kAloneCost = 1.6, kInnerFactor = 0.6, kMaxLength = 1.2;
-constexpr double kChoiceCost = 1000;      // cost of each pair fewer than the user has chosen
-constexpr double kTurnCost = 1;           // times 1 - cos d: cost of turning d from the given angle
-constexpr double kMaxFloorHeight = 0.15;  // max relative height of a tip that is on the floor
-constexpr std::size_t kBeamWidth = 150;   // width of the beam: partial matchings kept per step
+/// Cost of a limb that stays alone, per unit of Features::stretch; factor of this cost for a limb
+/// that sits on a matched one; max Features::stretch.
+constexpr double kAloneCost = 1.6, kNestedFactor = 0.6, kMaxStretch = 1.2;
+constexpr double kChoiceCost = 1000;  // cost of each pair fewer than the user has chosen
+constexpr double kTurnCost = 1;       // an angle d from the given one costs kTurnCost (1 - cos d)
+constexpr double kMaxFloorHeight = 0.15;      // max relative height of a tip that is on the floor
+constexpr std::size_t kBeamWidth = 150;       // width of the beam: partial matchings kept per step
 constexpr int kStartAngles = 8, kRounds = 4;  // start angles; refinements of each
-/// Max number of repeated searches, each without the half pairs of the one before
-/// (is_half_a_pair()).
-constexpr int kHalfPairRounds = 4;
+/// Max number of repeated searches, each without the matches of the one before that split twins
+/// (splits_twins()).
+constexpr int kSplitTwinRounds = 4;
 /// Min number of matched limbs, and min fraction of their length, of a certain match.
 constexpr std::size_t kMinLimbs = 3;
 constexpr double kMinMatchedShare = 0.75;
@@ -48,12 +47,12 @@ Vec3d rotate_about_y(Vec3d p, double sine, double cosine) {
 /// to the object's height, other lengths relative to the mean geodesic distance from the centre.
 struct Features {
   Vec3d tip, root, direction, toe;  // toe: direction of the last segment
-  // Logarithm of the length, distance of the tip from the centre, logarithm of the volume, heights.
-  double length = 0, depth = 0, volume = 0, tip_height = 0, root_height = 0;
-  double stretch = 0;                             // Limb::stretch, at most kMaxLength
-  std::optional<std::size_t> choice = {};         // the user's choice that the limb belongs to
-  std::array<double, kLimbStations> thickness{};  // logarithms of the radii
-  std::uint32_t inner = 0, outer = 0;  // masks: limbs that sit on it, limbs that it sits on
+  // depth: distance of the tip from the centre.
+  double log_length = 0, depth = 0, log_volume = 0, tip_height = 0, root_height = 0;
+  double stretch = 0;                      // Limb::stretch, at most kMaxStretch
+  std::optional<std::size_t> choice = {};  // the user's choice that the limb belongs to
+  std::array<double, kLimbStations> log_radii{};
+  std::uint32_t nested = 0, enclosing = 0;  // masks: limbs that sit on it, limbs that it sits on
   bool on_floor = false;
 };
 
@@ -69,21 +68,21 @@ std::vector<Features> compute_features(const Limbs& limbs) {
     f.root = normalize(limb.root);
     f.direction = normalized(limb.tip() - limb.line.front());
     f.toe = normalized(limb.tip() - limb.line[kLimbStations - 2]);
-    f.length = exact::log(std::max(limb.length() / limbs.size, 1e-6));
-    f.depth = limb.tip_distance / limbs.size;
-    f.volume = exact::log(std::max(limb.volume, 1e-9));
+    f.log_length = exact::log(std::max(limb.length() / limbs.mean_distance, 1e-6));
+    f.depth = limb.tip_distance / limbs.mean_distance;
+    f.log_volume = exact::log(std::max(limb.volume, 1e-9));
     f.tip_height = height(limb.tip());
     f.root_height = height(limb.root);
-    f.stretch = std::min(limb.stretch / limbs.size, kMaxLength);
+    f.stretch = std::min(limb.stretch / limbs.mean_distance, kMaxStretch);
     for (std::size_t k = 0; k < kLimbStations; ++k)
-      f.thickness[k] = exact::log(std::max(limb.radius[k] / limbs.size, 1e-6));
-    for (const std::uint32_t i : limb.inner) f.inner |= 1u << i;
+      f.log_radii[k] = exact::log(std::max(limb.radius[k] / limbs.mean_distance, 1e-6));
+    for (const std::uint32_t i : limb.nested) f.nested |= 1u << i;
     f.on_floor = f.tip_height < kMaxFloorHeight;
     features.push_back(f);
   }
   for (std::size_t i = 0; i < features.size(); ++i)
     for (std::size_t k = 0; k < features.size(); ++k)
-      if (features[i].inner >> k & 1) features[k].outer |= 1u << i;
+      if (features[i].nested >> k & 1) features[k].enclosing |= 1u << i;
   return features;
 }
 
@@ -109,13 +108,13 @@ double pair_cost(const Features& a, const Features& b, double sine, double cosin
   const auto rotate = [&](Vec3d p) { return rotate_about_y(p, sine, cosine); };
   double cost = kTip * square(rotate(a.tip) - b.tip) + kRoot * square(rotate(a.root) - b.root) +
                 kDirection * (1 - dot(rotate(a.direction), b.direction)) +
-                kLength * square(a.length - b.length) + kVolume * square(a.volume - b.volume) +
-                kDepth * square(a.depth - b.depth) +
+                kLength * square(a.log_length - b.log_length) +
+                kVolume * square(a.log_volume - b.log_volume) + kDepth * square(a.depth - b.depth) +
                 kTipHeight * square(a.tip_height - b.tip_height) +
                 kRootHeight * square(a.root_height - b.root_height);
   double thickness = 0;
   for (std::size_t k = 0; k < kLimbStations; ++k)
-    thickness += square(a.thickness[k] - b.thickness[k]);
+    thickness += square(a.log_radii[k] - b.log_radii[k]);
   cost += kThickness / static_cast<double>(kLimbStations) * thickness;
   if (a.on_floor != b.on_floor) cost += kFloorCost;
   if (a.on_floor && b.on_floor) cost += kToe * (1 - dot(rotate(a.toe), b.toe));
@@ -131,15 +130,16 @@ struct Partial {
 
 /// The cost of leaving a limb alone. `matched`: mask of its object's matched limbs.
 double alone_cost(const Features& limb, std::uint32_t matched) {
-  return kAloneCost * limb.stretch * (limb.outer & matched ? kInnerFactor : 1);
+  return kAloneCost * limb.stretch * (limb.enclosing & matched ? kNestedFactor : 1);
 }
 /// The cost of a limb that is not matched: 0 if a limb that sits on it is matched in its place.
 double unmatched_cost(const Features& limb, std::uint32_t matched) {
-  return !(limb.outer & matched) && (limb.inner & matched) ? 0 : alone_cost(limb, matched);
+  return !(limb.enclosing & matched) && (limb.nested & matched) ? 0 : alone_cost(limb, matched);
 }
 
-/// Tests whether leaving the limb at `position` of the order alone costs a choice of the user a
-/// pair. It does if the choice has no more limbs of `a` from there on than unmatched limbs of `b`.
+/// Tests whether a choice of the user gets one pair fewer if the limb at `position` of the order
+/// stays alone. It does if the choice has no more limbs of `a` from there on than unmatched limbs
+/// of `b`.
 bool breaks_choice(const Problem& problem, const Partial& partial, std::size_t position) {
   const std::optional<std::size_t> choice = problem.a[problem.order[position]].choice;
   if (!choice) return false;
@@ -152,8 +152,8 @@ bool breaks_choice(const Problem& problem, const Partial& partial, std::size_t p
   return limbs_left <= unmatched;
 }
 
-/// Degree to which two horizontal offsets between roots are opposite, [0, 1]. Short offsets count
-/// less.
+/// Degree to which two horizontal offsets between roots are opposite, [0, 1]. Offsets shorter than
+/// 0.3 RMS sizes count less.
 double crossing(Vec3d a, Vec3d b) {
   constexpr double kMinOffset = 0.3;
   a.y = b.y = 0;
@@ -161,27 +161,29 @@ double crossing(Vec3d a, Vec3d b) {
          (std::max(length(a), kMinOffset) * std::max(length(b), kMinOffset));
 }
 
-/// The cost of matching limbs i and k beside those that `partial` matches already.
+/// The cost that limbs i and k, if matched, cause together with the pairs that `partial` matches
+/// already.
 double interaction_cost(const Problem& problem, const Partial& partial, std::size_t i,
                         std::size_t k, double sine, double cosine) {
   if (partial.limbs.empty()) return 0;
   double tip_distances = 0, roots = 0, crossings = 0;
   for (const MatchedLimbs& other : partial.limbs) {
-    tip_distances += square(problem.from.tip_distances[i][other.from] / problem.from.size -
-                            problem.to.tip_distances[k][other.to] / problem.to.size);
+    tip_distances += square(problem.from.tip_distances[i][other.from] / problem.from.mean_distance -
+                            problem.to.tip_distances[k][other.to] / problem.to.mean_distance);
     const Vec3d a = rotate_about_y(problem.a[i].root - problem.a[other.from].root, sine, cosine),
                 b = problem.b[k].root - problem.b[other.to].root;
     roots += (1 - dot(normalized(a), normalized(b))) / 2;
     crossings += crossing(a, b);
   }
-  return kBetween * tip_distances / static_cast<double>(partial.limbs.size()) +
-         kRootsBetween * roots + kCrossingCost * crossings;
+  return kTipDistances * tip_distances / static_cast<double>(partial.limbs.size()) +
+         kRootDirections * roots + kCrossingCost * crossings;
 }
 
 /// The cheapest matching found by beam search at a rotation about the vertical.
 Partial search_matching(const Problem& problem, double angle) {
   const double sine = exact::sin(angle), cosine = exact::cos(angle);
-  // Decide limb by limb: each matching of the beam leaves the limb alone or gets a pair.
+  // Each step decides about one limb of `a`. Every matching of the beam has one continuation that
+  // leaves this limb alone, and one for each limb of `b` that it may be matched with.
   std::vector<Partial> beam(1), next;
   for (std::size_t position = 0; position < problem.order.size(); ++position) {
     const std::uint32_t i = problem.order[position];
@@ -191,14 +193,15 @@ Partial search_matching(const Problem& problem, double angle) {
     next.clear();
     for (const Partial& partial : beam) {
       next.push_back(partial);
-      // Whether a limb that others sit on costs anything is known only at the end.
-      if (a.inner == 0) next.back().cost += alone_cost(a, partial.from);
+      // The cost of a limb that others sit on is known only at the end (unmatched_cost()).
+      if (a.nested == 0) next.back().cost += alone_cost(a, partial.from);
       if (breaks_choice(problem, partial, position)) next.back().cost += kChoiceCost;
-      if (a.outer & partial.from) continue;  // sits on a matched limb
+      if (a.enclosing & partial.from) continue;  // sits on a matched limb
       for (std::uint32_t k = 0; k < problem.b.size(); ++k) {
         const Features& b = problem.b[k];
-        // k is matched already, sits on a matched limb or has one on it; or the pair is forbidden.
-        if (((b.outer | b.inner | 1u << k) & partial.to) != 0 || !is_allowed(problem, i, k))
+        // Skip a limb k that is matched, sits on a matched limb or has one on it, and a pair that
+        // is not allowed.
+        if (((b.enclosing | b.nested | 1u << k) & partial.to) != 0 || !is_allowed(problem, i, k))
           continue;
         Partial extended = partial;
         extended.cost += pair_costs[k] + interaction_cost(problem, partial, i, k, sine, cosine);
@@ -221,7 +224,7 @@ Partial search_matching(const Problem& problem, double angle) {
       if (!(partial.to >> (&b - problem.b.data()) & 1))
         partial.cost += unmatched_cost(b, partial.to);
     for (const Features& a : problem.a)
-      if (a.inner != 0 && !(partial.from >> (&a - problem.a.data()) & 1))
+      if (a.nested != 0 && !(partial.from >> (&a - problem.a.data()) & 1))
         partial.cost += unmatched_cost(a, partial.from);
     if (!best || partial.cost < best->cost) best = &partial;
   }
@@ -231,7 +234,7 @@ Partial search_matching(const Problem& problem, double angle) {
 /// The rotation that best aligns the matched limbs: weighted Procrustes about the vertical,
 /// radians.
 double fit_angle(const Problem& problem, const std::vector<MatchedLimbs>& limbs) {
-  constexpr double kTipWeight = 0.16;
+  constexpr double kTipWeight = 0.16;  // roots have the weight 1
   double sine = 0, cosine = 0;
   const auto add = [&](Vec3d p, Vec3d q, double weight) {
     sine += weight * (q.x * p.z - q.z * p.x);
@@ -250,7 +253,8 @@ struct MatchingFit {
   double angle = 0;
 };
 
-/// Alternates between matching and Procrustes from the angle `start`.
+/// Alternates between matching and Procrustes from the angle `start`, until the cost stops falling.
+/// `plan_angle`: the angle to which kTurnCost relates.
 MatchingFit fit_from(const Problem& problem, double start, double plan_angle) {
   constexpr double kMinGain = 1e-6;
   std::optional<MatchingFit> best;
@@ -266,24 +270,28 @@ MatchingFit fit_from(const Problem& problem, double start, double plan_angle) {
   return *best;
 }
 
-/// Tests whether two limbs are about as long, as thick and as high: a pair of arms or legs.
+/// Tests whether two limbs of one object have nearly the same size and height, as two arms or legs
+/// do.
 bool are_twins(const Features& a, const Features& b) {
   // Max differences between twins' features.
-  constexpr double kLengths = 0.2, kDepths = 0.15, kVolumes = 0.4, kTips = 0.15, kRoots = 0.1;
-  return std::fabs(a.length - b.length) < kLengths && std::fabs(a.depth - b.depth) < kDepths &&
-         std::fabs(a.volume - b.volume) < kVolumes &&
-         std::fabs(a.tip_height - b.tip_height) < kTips &&
-         std::fabs(a.root_height - b.root_height) < kRoots;
+  constexpr double kMaxLogLength = 0.2, kMaxDepth = 0.15, kMaxLogVolume = 0.4, kMaxTipHeight = 0.15,
+                   kMaxRootHeight = 0.1;
+  return std::fabs(a.log_length - b.log_length) < kMaxLogLength &&
+         std::fabs(a.depth - b.depth) < kMaxDepth &&
+         std::fabs(a.log_volume - b.log_volume) < kMaxLogVolume &&
+         std::fabs(a.tip_height - b.tip_height) < kMaxTipHeight &&
+         std::fabs(a.root_height - b.root_height) < kMaxRootHeight;
 }
 
 /// Lists the twins of a limb that are neither matched nor sit on a matched limb. `matched`: mask of
 /// the object's matched limbs.
-std::vector<std::uint32_t> list_lonely_twins(const std::vector<Features>& all, std::size_t limb,
-                                             std::uint32_t matched) {
+std::vector<std::uint32_t> list_unmatched_twins(const std::vector<Features>& all, std::size_t limb,
+                                                std::uint32_t matched) {
   std::vector<std::uint32_t> twins;
   for (std::uint32_t k = 0; k < all.size(); ++k)
-    if (k != limb && all[k].inner == 0 &&
-        ((all[k].outer | all[k].inner | 1u << k) & matched) == 0 && are_twins(all[limb], all[k]))
+    if (k != limb && all[k].nested == 0 &&
+        ((all[k].enclosing | all[k].nested | 1u << k) & matched) == 0 &&
+        are_twins(all[limb], all[k]))
       twins.push_back(k);
   return twins;
 }
@@ -293,35 +301,37 @@ bool crosses_floor(const Problem& problem, const MatchedLimbs& limbs) {
   return problem.a[limbs.from].on_floor != problem.b[limbs.to].on_floor;
 }
 
-/// Tests whether a match would turn one limb of a pair into several that hang together, while its
-/// twin stays alone or leaves the floor: one of two legs into both legs under a cape.
-bool is_half_a_pair(const Problem& problem, const Partial& matching, const MatchedLimbs& limbs) {
+/// Tests whether a match separates a limb from its twin: the limb is matched with one that other
+/// limbs sit on, while the twin stays alone or is matched across the floor (crosses_floor()). For
+/// example, one of two legs becomes both legs under a cape.
+bool splits_twins(const Problem& problem, const Partial& matching, const MatchedLimbs& limbs) {
   const Features &a = problem.a[limbs.from], &b = problem.b[limbs.to];
-  if ((a.inner == 0) == (b.inner == 0)) return false;
-  const bool is_from = a.inner == 0;
+  if ((a.nested == 0) == (b.nested == 0)) return false;
+  const bool is_from = a.nested == 0;
   const std::vector<Features>& side = is_from ? problem.a : problem.b;
   const std::size_t limb = is_from ? limbs.from : limbs.to;
-  if (!list_lonely_twins(side, limb, is_from ? matching.from : matching.to).empty()) return true;
+  if (!list_unmatched_twins(side, limb, is_from ? matching.from : matching.to).empty()) return true;
   return std::any_of(matching.limbs.begin(), matching.limbs.end(), [&](const MatchedLimbs& other) {
     const std::size_t twin = is_from ? other.from : other.to;
     return twin != limb && crosses_floor(problem, other) && are_twins(side[limb], side[twin]);
   });
 }
 
-/// Forbids the half pairs of a matching, except those that the user has chosen, and all pairs of a
-/// limb on the floor with one that is not: such a pair would otherwise replace the half pair, an
-/// arm in place of a leg. Returns false, and forbids nothing, if there is no half pair.
-bool forbid_half_pairs(Problem& problem, const Partial& matching) {
+/// Forbids the matches of `matching` that split twins, except those that the user has chosen. Also
+/// forbids all matches of a limb on the floor with one that is not: such a match, an arm with a
+/// leg, would otherwise replace the forbidden one. Returns false, and forbids nothing, if no match
+/// splits twins.
+bool forbid_split_twins(Problem& problem, const Partial& matching) {
   AllowedLimbs allowed = problem.allowed;
   if (allowed.empty())
     allowed.assign(problem.a.size(), std::vector<std::uint8_t>(problem.b.size(), 1));
-  bool has_half = false;
+  bool splits_any = false;
   for (const MatchedLimbs& pair : matching.limbs) {
-    if (problem.a[pair.from].choice || !is_half_a_pair(problem, matching, pair)) continue;
+    if (problem.a[pair.from].choice || !splits_twins(problem, matching, pair)) continue;
     allowed[pair.from][pair.to] = 0;
-    has_half = true;
+    splits_any = true;
   }
-  if (!has_half) return false;
+  if (!splits_any) return false;
   for (std::size_t i = 0; i < problem.a.size(); ++i)
     for (std::size_t k = 0; k < problem.b.size(); ++k)
       if (!problem.a[i].choice && problem.a[i].on_floor != problem.b[k].on_floor) allowed[i][k] = 0;
@@ -336,10 +346,10 @@ void match_twins(const Problem& problem, MatchingFit& fit) {
   const double sine = exact::sin(fit.angle), cosine = exact::cos(fit.angle);
   Partial& matching = fit.matching;
   for (const auto& [i, k] : std::vector(matching.limbs)) {
-    const std::vector<std::uint32_t> from = list_lonely_twins(problem.a, i, matching.from),
-                                     to = list_lonely_twins(problem.b, k, matching.to);
-    if (problem.a[i].inner != 0 || problem.b[k].inner != 0 || from.size() != 1 || to.size() != 1 ||
-        !is_allowed(problem, from[0], to[0]))
+    const std::vector<std::uint32_t> from = list_unmatched_twins(problem.a, i, matching.from),
+                                     to = list_unmatched_twins(problem.b, k, matching.to);
+    if (problem.a[i].nested != 0 || problem.b[k].nested != 0 || from.size() != 1 ||
+        to.size() != 1 || !is_allowed(problem, from[0], to[0]))
       continue;
     const Features &a = problem.a[from[0]], &b = problem.b[to[0]];
     if (crossing(rotate_about_y(a.root - problem.a[i].root, sine, cosine),
@@ -376,10 +386,10 @@ Lengths sum_lengths(const Limbs& limbs, const std::vector<Features>& features,
                     std::uint32_t matched) {
   Lengths lengths;
   for (std::size_t i = 0; i < features.size(); ++i) {
-    if (features[i].inner != 0) continue;
-    const double length = limbs.limbs[i].stretch / limbs.size;
+    if (features[i].nested != 0) continue;
+    const double length = limbs.limbs[i].stretch / limbs.mean_distance;
     lengths.total += length;
-    if ((features[i].outer | 1u << i) & matched) lengths.matched += length;
+    if ((features[i].enclosing | 1u << i) & matched) lengths.matched += length;
   }
   return lengths;
 }
@@ -388,9 +398,10 @@ Lengths sum_lengths(const Limbs& limbs, const std::vector<Features>& features,
 
 LimbMatch match_limbs(const Limbs& from, const Limbs& to, double angle,
                       const LimbChoices& choices) {
-  // State the problem, with the limbs of `from` in the order of the search.
+  // State the problem, and sort the limbs of `from` into the order of the search.
   Problem problem = {
-      from, to, choices, choices.allowed, compute_features(from), compute_features(to), {}};
+      from,        to, choices, choices.allowed, compute_features(from), compute_features(to),
+      /*order=*/{}};
   for (std::size_t n = 0; n < choices.chosen.size(); ++n) {
     for (const std::uint32_t i : choices.chosen[n].from) problem.a[i].choice = n;
     for (const std::uint32_t k : choices.chosen[n].to) problem.b[k].choice = n;
@@ -400,20 +411,21 @@ LimbMatch match_limbs(const Limbs& from, const Limbs& to, double angle,
       problem.order.begin(), problem.order.end(), [&](std::uint32_t i, std::uint32_t k) {
         const Features &a = problem.a[i], &b = problem.a[k];
         if (a.choice.has_value() != b.choice.has_value()) return a.choice.has_value();
-        const int limbs_on_a = std::popcount(a.inner), limbs_on_b = std::popcount(b.inner);
+        const int limbs_on_a = std::popcount(a.nested), limbs_on_b = std::popcount(b.nested);
         return limbs_on_a != limbs_on_b ? limbs_on_a > limbs_on_b : a.stretch > b.stretch;
       });
-  // Search, and repeat the search without half pairs.
+  // Search, and repeat the search without matches that split twins, so that each twin may find a
+  // counterpart of its own.
   MatchingFit best = find_matching(problem, angle);
-  // If no limb may take one half of a pair alone, each half may find a counterpart of its own.
-  for (int round = 0; round < kHalfPairRounds && forbid_half_pairs(problem, best.matching); ++round)
+  for (int round = 0; round < kSplitTwinRounds && forbid_split_twins(problem, best.matching);
+       ++round)
     best = find_matching(problem, angle);
   match_twins(problem, best);
-  // Drop the half pairs that are left.
+  // Drop the matches that still split twins.
   LimbMatch match;
   match.limbs = best.matching.limbs;
   std::erase_if(match.limbs, [&](const MatchedLimbs& pair) {
-    return !problem.a[pair.from].choice && is_half_a_pair(problem, best.matching, pair);
+    return !problem.a[pair.from].choice && splits_twins(problem, best.matching, pair);
   });
   std::sort(match.limbs.begin(), match.limbs.end(),
             [](const MatchedLimbs& p, const MatchedLimbs& q) { return p.from < q.from; });

@@ -57,7 +57,7 @@ Vec3d bow_vector(const MorphPlan& plan) {
 /// objects' size. `from` and `to` are the ball's positions relative to both objects' centres. The
 /// random key is the pair's index, so both ends have the same velocity.
 Vec3d launch_velocity(const MorphPlan& plan, std::size_t e, Vec3d from, Vec3d to) {
-  const auto random = [&](std::uint64_t stream) {
+  const auto random = [&](std::uint64_t stream) {  // in [-1, 1)
     return 2 * static_cast<double>(random_float(plan.motion.seed, stream, e)) - 1;
   };
   const Vec3d direction =
@@ -217,7 +217,7 @@ std::vector<Ball> move_on_host(const std::vector<BallPath>& paths,
   const MoveBalls move = {view(paths), view(parts),
                           view(poses), view(own),
                           state,       {balls.data(), static_cast<std::int64_t>(balls.size())}};
-  parallel_for(static_cast<std::int64_t>(balls.size()), move, 256);
+  parallel_for(static_cast<std::int64_t>(balls.size()), move, /*grain=*/256);
   return balls;
 }
 
@@ -290,6 +290,8 @@ void set_ball_paths(MorphPlan& plan, RigidParts parts) {
     path.end = q;
     path.start.w = strength(plan.kind, p.w, pair.from_share);
     path.end.w = strength(plan.kind, q.w, pair.to_share);
+    // Both ends are relative to the part's centres; the target's is rotated and scaled back to the
+    // source.
     path.from = Vec3d(p.center) - alignment.from_center;
     path.to = inv_rotation * (Vec3d(q.center) - alignment.to_center) * (1 / alignment.scale);
     path.from_volume = volume_of_ball(p);
@@ -390,7 +392,7 @@ std::vector<Vec3> move_points(const MorphPlan& plan, std::span<const PlanLandmar
 
 void continue_motion(MorphPlan& plan, const MorphPlan& before, float until, double pace) {
   PM_CHECK(plan.from.size() == before.pairs.size());
-  constexpr float kStep = 1.0f / 128;  // of the finite differences, in the motion's time
+  constexpr float kStep = 1.0f / 128;  // step of the finite differences, in the motion's time
   const auto steps_per_unit = 1 / static_cast<double>(kStep);
   const std::vector<Ball> balls_before = balls_at(before, until - kStep),
                           balls_after = balls_at(before, until + kStep);
@@ -441,7 +443,7 @@ std::vector<PairMaps> pair_maps(const MorphPlan& plan, float time) {
         const double to_size = cube_root(path.to_volume) / size;
         maps[e] = {scaled(from, from_size), scaled(to, to_size)};
       },
-      256);
+      /*grain=*/256);
   return maps;
 }
 

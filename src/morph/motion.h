@@ -11,8 +11,9 @@
 
 namespace polymorph {
 
-/// Computes the plan's parts, graph, paths and timing from its pairs and motion settings.
-/// plan_morph() calls this; call it again after changing plan.motion.
+/// Computes the plan's parts, graph, paths and timing from its pairs and motion settings. Replaces
+/// Path::kAuto by kParts if the plan uses limbs, else by kRigid. plan_morph() calls this; call it
+/// again after changing plan.motion.
 void set_paths(MorphPlan& plan);
 
 /// Computes the balls' paths (`plan.paths`) from given parts: each ball moves with the rotation and
@@ -33,9 +34,10 @@ void set_ball_paths(MorphPlan& plan, RigidParts parts);
 ///     an as-rigid-as-possible solve over neighbouring balls then joins the parts;
 ///   explode: a crossfade of two flights: one thrown from p, which falls onto the floor, and one
 ///     thrown from q, run backwards.
-/// Ellipsoids rotate with the motion, and the logarithm of their shape is linear in u. So are the
-/// cube of a ball's size, a^-3/2, and its strength: w + ln(share) in Gaussian fields, w * share in
-/// others. Between unlike objects, balls are softer and rounder half way (MotionState::softness).
+/// Ellipsoids rotate with the motion, and the logarithm of their shape is linear in u. The cube of
+/// a ball's size, a^-3/2, and its strength are linear in u, too. The strength is w + ln(share) in
+/// Gaussian fields, w * share in others. Between unlike objects, balls are softer and rounder half
+/// way (MotionState::softness).
 std::vector<Ball> balls_at(const MorphPlan& plan, float time);
 
 /// Computes the same balls on the engine, which keeps them there for extracting the surface.

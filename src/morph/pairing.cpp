@@ -62,7 +62,7 @@ std::vector<Subproblem> split_by_label(const CostPair& sides, LabelMode mode) {
       const auto& list = from_side ? subproblems[k].from : subproblems[k].to;
       if (std::binary_search(list.begin(), list.end(), ball)) return k;
     }
-    return std::size_t{0};
+    return std::size_t{0};  // not reached: every ball of the other side is in a subproblem
   };
   const bool unmatched_is_from = !unmatched_from.empty();
   const CostSide& unmatched_side = unmatched_is_from ? sides.a : sides.b;

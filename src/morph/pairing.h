@@ -18,8 +18,8 @@ struct CostPair {
   float label_cost = 0;
 };
 
-/// Pairs balls in list order (the report's correspondence, 5.2.7). The surplus balls of the longer
-/// list are paired with pseudo-randomly chosen balls of the shorter one.
+/// Pairs balls in list order (Gilbert 2010, 5.2.7). The surplus balls of the longer list are paired
+/// with pseudo-randomly chosen balls of the shorter one.
 std::vector<Pair> pair_by_index(std::size_t from_count, std::size_t to_count, std::uint64_t seed);
 
 /// Pairs every ball of either side with the cheapest ball of the other side. A ball in several

@@ -22,7 +22,7 @@ namespace {
 constexpr std::size_t kMaxClusters = 8;
 constexpr std::size_t kMinMeanPairs = 12;
 constexpr std::size_t kNeighbors = 8;
-constexpr int kRotationRounds = 3;
+constexpr int kSolves = 3;
 /// Weight of a ball's position by its part, relative to the weight of an edge. It is small because
 /// a limb that kept to the straight path of its part would be torn off.
 constexpr double kAnchor = 0.01;
@@ -140,7 +140,7 @@ struct Edge {
 
   /// The target of the edge at eased time u, in the source's orientation. It has the direction of
   /// the mixture of both offsets; if these nearly cancel, it is the mixture itself.
-  Vec3d at(double u) const {
+  Vec3d target_at(double u) const {
     const Vec3d mixture = from * (1 - u) + to * u;
     const double target_length = (1 - u) * from_length + u * to_length,
                  mixture_length = length(mixture);
@@ -241,9 +241,9 @@ std::vector<Vec3d> BallGraph::join_balls(std::span<const Vec3d> part_positions,
   Eigen::MatrixXd right_hand_side(static_cast<Eigen::Index>(n), 3);
   // The edge's target, not yet rotated with ball e. Its u is the mean of both balls' u.
   const auto target_edge = [&](std::size_t e, const Edge& edge) {
-    return edge.at((progress[e] + progress[edge.other]) / 2);
+    return edge.target_at((progress[e] + progress[edge.other]) / 2);
   };
-  for (int round = 0; round < kRotationRounds; ++round) {
+  for (int round = 0; round < kSolves; ++round) {
     parallel_for(
         static_cast<std::int64_t>(n),
         [&](std::int64_t index) {
@@ -265,13 +265,13 @@ std::vector<Vec3d> BallGraph::join_balls(std::span<const Vec3d> part_positions,
           right_hand_side(index, 1) = sum.y;
           right_hand_side(index, 2) = sum.z;
         },
-        64);
+        /*grain=*/64);
     const Eigen::MatrixXd solution = system_->solver.solve(right_hand_side);
     for (std::size_t e = 0; e < n; ++e) {
       const auto row = static_cast<Eigen::Index>(e);
       positions[e] = {solution(row, 0), solution(row, 1), solution(row, 2)};
     }
-    if (round + 1 == kRotationRounds) break;
+    if (round + 1 == kSolves) break;
     parallel_for(
         static_cast<std::int64_t>(n),
         [&](std::int64_t index) {
@@ -287,7 +287,7 @@ std::vector<Vec3d> BallGraph::join_balls(std::span<const Vec3d> part_positions,
           for (std::size_t k = 0; k < 9; ++k) sum.m[k] += 0.1 * weight * part_rotations[e].m[k];
           rotations[e] = nearest_rotation(sum);
         },
-        64);
+        /*grain=*/64);
   }
   return positions;
 }
@@ -297,6 +297,7 @@ namespace {
 /// Measures how much the parts stretch the object: the sum, over pairs of neighbours, of ln^2 of
 /// their distance at u = 1/2 divided by the mean of their distances at both ends.
 double measure_strain(const MorphPlan& plan, const RigidParts& parts) {
+  // Positions and rotations of the balls half way by their parts alone.
   std::vector<Vec3d> positions;
   std::vector<Mat3> rotations;
   std::vector<Vec3> from;

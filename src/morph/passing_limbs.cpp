@@ -55,7 +55,7 @@ std::vector<float> passing_weights(const MorphPlan& plan, const std::vector<floa
           if (limbs[f] != 0 && limbs[f] != limbs[e])
             weights[e] = std::max(weights[e], passing_weight(e, f));
       },
-      16);
+      /*grain=*/16);
   return weights;
 }
 

@@ -65,8 +65,8 @@ Alignment fit_alignment(const MorphPlan& plan, const Mat3& rotation, AlignMethod
   return fit;
 }
 
-/// Orders the sides of a plan. A correspondence is always made from the lesser side, so that it
-/// does not depend on the direction of the morph.
+/// Orders the sides of a plan by their number of balls, then by the balls. A correspondence is
+/// always made from the lesser side, so that it does not depend on the direction of the morph.
 bool is_less(const PlanSide& a, const PlanSide& b) {
   if (a.balls.size() != b.balls.size()) return a.balls.size() < b.balls.size();
   for (std::size_t i = 0; i < a.balls.size(); ++i) {
@@ -176,9 +176,10 @@ Mat3 find_pairs_by_limbs(MorphPlan& plan, const LimbPlan& limbs, const CostPair&
   return rotates ? fit_rotation(sides.a, sides.b, flows, RotationAxis::kVertical) : Mat3{};
 }
 
-/// Source of a rotation, the least certain first. kFound: a search with representative balls; it is
-/// refitted to all balls. kFaced: mirror planes of bodies that are not quite symmetric; matched
-/// limbs may correct it. kKnown: landmarks, fronts or exact mirror planes; it stays as it is.
+/// Certainty of a rotation, the least certain first. kFound: it comes from a search with
+/// representative balls, and is refitted to all balls. kFaced: it comes from the mirror planes of
+/// bodies that are not quite symmetric, and matched limbs may correct it. kKnown: it comes from
+/// landmarks, fronts or exact mirror planes, and stays as it is.
 enum class Certainty : std::uint8_t { kFound, kFaced, kKnown };
 
 /// The rotation of a plan.
@@ -262,7 +263,8 @@ Mat3 find_pairs(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
   };
   if (rotates) sides.a = rotate_side(unrotated, choice.rotation);
   pair_up();
-  // The rotation was found with 80 representatives. Refine it with all balls.
+  // A rotation that was found with 80 representatives is refitted to all balls: twice with new
+  // pairs, then to the last pairs.
   for (int step = 0; rotates && choice.certainty == Certainty::kFound && step < 2; ++step) {
     refit();
     sides.a = rotate_side(unrotated, choice.rotation);

@@ -24,7 +24,7 @@ namespace polymorph {
 struct Pair {
   std::uint32_t from = 0, to = 0;      ///< indices in MorphPlan::from and to
   float from_share = 1, to_share = 1;  ///< (0, 1]
-  double mass = 0;                     ///< mean of the fractions of both objects' masses
+  double mass = 0;                     ///< mean of its fractions of both objects' masses
 };
 
 /// The similarity from one object to the other: q = to_center + scale rotation (p - from_center).

@@ -17,7 +17,8 @@ static_assert(sizeof(Ball) == 11 * sizeof(float) && sizeof(Vec3) == 3 * sizeof(f
               sizeof(LimbCurve) == 4 * LimbCurve::kPoints * sizeof(float) &&
               sizeof(Mat3) == 9 * sizeof(double) && std::is_trivially_copyable_v<Mat3>);
 
-/// Writes the number of limb labels and the labels, then the names, one line per pair of limbs.
+/// Writes the size of from_limbs, then from_limbs, to_limbs and the names, one line per pair of
+/// limbs.
 void put_limbs(std::string& bytes, const Correspondence& correspondence) {
   std::string names;
   for (const auto& [from, to] : correspondence.limb_names) names += from + "\t" + to + "\n";
@@ -28,8 +29,8 @@ void put_limbs(std::string& bytes, const Correspondence& correspondence) {
   bytes += names;
 }
 
-/// Reads what put_limbs() wrote, and removes it from `bytes`; false if it does not fit. `from`,
-/// `to`: numbers of balls.
+/// Reads what put_limbs() wrote, and removes it from `bytes`. Returns false if it does not fit the
+/// numbers of balls, `from` and `to`.
 bool take_limbs(std::string_view& bytes, std::size_t from, std::size_t to,
                 Correspondence& correspondence) {
   if (bytes.size() < sizeof(std::uint64_t)) return false;
@@ -66,7 +67,8 @@ void put_curves(std::string& bytes, const LimbCurves& curves) {
   put_array(bytes, curves.stations);
 }
 
-/// Reads what put_curves() wrote, and removes it from `bytes`; false if it does not fit.
+/// Reads what put_curves() wrote, and removes it from `bytes`. Returns false if it does not fit the
+/// number of balls, `balls`.
 bool take_curves(std::string_view& bytes, std::size_t balls, LimbCurves& curves) {
   if (bytes.size() < 3 * sizeof(std::uint64_t)) return false;
   const auto matched = take<std::uint64_t>(bytes), lone = take<std::uint64_t>(bytes),

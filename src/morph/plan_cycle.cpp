@@ -6,8 +6,8 @@
 namespace polymorph {
 namespace {
 
-/// Distribution of the positions to which a ball's mass returns. Positions are relative to the
-/// centre of the first object.
+/// Moments of the positions to which a ball's mass returns at the end of the cycle. Positions are
+/// relative to the centre of the first object.
 struct Return {
   Vec3d mean;         ///< mean position
   double square = 0;  ///< mean squared distance from the centre
@@ -55,7 +55,8 @@ std::optional<CycleError> cycle_error(const std::vector<const MorphPlan*>& plans
     mass += masses[i];
   }
   center = center * (1 / mass);
-  // At the end of the cycle each ball's mass is where the ball is; go back from there plan by plan.
+  // For the balls at the end of the cycle, all mass is at the ball itself. From there, go back plan
+  // by plan.
   std::vector<Return> returns(first.from.size());
   for (std::size_t i = 0; i < returns.size(); ++i) {
     const Vec3d position = Vec3d(first.from[i].center) - center;

@@ -17,9 +17,10 @@ struct CycleError {
   double spread = 0;  ///< RMS distance of the returned mass from that mean
 };
 
-/// Measures plans that lead from an object back to itself. Returns nullopt if they are no cycle:
-/// each plan must begin with as many balls as the previous one ends with, and the last must end
-/// with the balls that the first begins with.
+/// Measures plans that lead from an object back to itself. Returns nullopt if they are no cycle, or
+/// if all balls of the first object are at one point. In a cycle, each plan begins with as many
+/// balls as the previous one ends with, and the last ends with the balls that the first begins
+/// with.
 std::optional<CycleError> cycle_error(const std::vector<const MorphPlan*>& plans);
 
 }  // namespace polymorph

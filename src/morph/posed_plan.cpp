@@ -19,8 +19,8 @@ Mat3 mean_rotation(const CarriedBalls& carried, const std::vector<double>& masse
   return nearest_rotation(sum);
 }
 
-/// The alignment of the posed objects: each object's mean rotation is applied to the plan's, and
-/// the centres are computed again.
+/// The alignment of the posed objects: the plan's rotation, combined with the mean rotations of
+/// both objects' balls, and new centres.
 Alignment posed_alignment(const MorphPlan& plan, const CarriedBalls& from, const CarriedBalls& to) {
   Alignment alignment = plan.alignment;
   if (!from.rotations.empty() || !to.rotations.empty()) {

@@ -75,7 +75,7 @@ std::vector<float> landmark_deviations(std::span<const Vec3> places, float size,
 
 /// Extends the box by the surroundings of the landmarks.
 Box enclose_landmarks(Box box, std::span<const Vec3> places, float size) {
-  constexpr float kRadius = 0.1f;
+  constexpr float kRadius = 0.1f;  // fraction of `size`
   const float radius = kRadius * size;
   for (const Vec3 p : places)
     box = unite(box, {p - Vec3{radius, radius, radius}, p + Vec3{radius, radius, radius}});
@@ -163,7 +163,8 @@ std::vector<RegressionSample> make_samples(const MorphPlan& plan, const std::vec
          kernel_deviation(plan, plan.pairs[e], static_cast<double>(eased[e]), narrowing[e], size)});
   if (!has_curves(plan)) return samples;
   // Samples on limbs have more mass than samples of the body, whose kernels are wide. Pairs whose
-  // balls are on different limbs have no such sample, and little mass.
+  // balls are on different limbs have no such sample, and little mass. The constants are multiples
+  // of `equal_mass`.
   constexpr float kLeavingMass = 0.05f, kLimbMass = 10, kMinMass = 1e-6f;
   for (std::size_t e = 0; e < balls.size(); ++e)
     if (is_on_limb(plan, plan.pairs[e])) samples[e].mass = equal_mass * kLeavingMass;
@@ -204,7 +205,7 @@ SampledPlan sample_plan(const MorphPlan& plan, float time, const BallSet& balls,
       lattice_over(sampled.box, size, *std::max_element(narrowing.begin(), narrowing.end()));
   const std::vector<float> deviations = landmark_deviations(places, size, regression.lattice.cell);
   for (std::size_t l = 0; l < places.size(); ++l)
-    regression.landmarks.push_back({places[l], deviations[l], {}});
+    regression.landmarks.push_back({places[l], deviations[l], /*goal=*/{}});
   return sampled;
 }
 
@@ -236,10 +237,10 @@ FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, floa
   const PathPart mean_part = mean_path_part(plan);
   const PartMotion mean_motion = part_motion(mean_part, mean);
   const Mat3 to_source = mean_motion.to_source(), to_target = mean_motion.to_target();
-  const Vec3d from_offset = mean_part.from_center - to_source * mean_motion.pose.center,
-              to_offset = mean_part.to_center - to_target * mean_motion.pose.center;
-  regression.affine[0] = affine(to_source, from_offset);
-  regression.affine[1] = affine(to_target, to_offset);
+  const Vec3d from_translation = mean_part.from_center - to_source * mean_motion.pose.center,
+              to_translation = mean_part.to_center - to_target * mean_motion.pose.center;
+  regression.affine[0] = affine(to_source, from_translation);
+  regression.affine[1] = affine(to_target, to_translation);
   if (from_thinness && to_thinness) {
     regression.thinness[0] = from_thinness;
     regression.thinness[1] = to_thinness;
@@ -256,10 +257,10 @@ FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, floa
       return sample.is_lone || offsets.empty() ? Vec3d{} : Vec3d(offsets[e]) * share;
     };
     set_values(regression.values[2 * e],
-               Vec3d(sample.from) + offset(plan.from_offsets, u) - to_source * x - from_offset,
+               Vec3d(sample.from) + offset(plan.from_offsets, u) - to_source * x - from_translation,
                minus(sample.to_source, to_source), regression);
     set_values(regression.values[2 * e + 1],
-               Vec3d(sample.to) + offset(plan.to_offsets, 1 - u) - to_target * x - to_offset,
+               Vec3d(sample.to) + offset(plan.to_offsets, 1 - u) - to_target * x - to_translation,
                minus(sample.to_target, to_target), regression);
   };
   // Values of all pairs; the samples on limbs then replace their pairs' values.
@@ -342,7 +343,8 @@ Result<Flow> flow_at(PlanMoment now, PlanMoment next, const BallSet& balls, floa
   const std::vector<Vec3> next_places = landmark_positions(next.plan, next.time, next_balls);
   for (std::size_t l = 0; l < next_places.size(); ++l)
     regression.landmarks[l].goal[0] = next_places[l] - regression.landmarks[l].place;
-  regression.affine[0] = affine(Mat3{{0, 0, 0, 0, 0, 0, 0, 0, 0}}, {});
+  // A flow has no affine term.
+  regression.affine[0] = affine(Mat3{{0, 0, 0, 0, 0, 0, 0, 0, 0}}, /*offset=*/{});
   std::vector<Vec3d> displacements;
   for (std::size_t e = 0; e < balls.size(); ++e)
     displacements.push_back(Vec3d(next_balls[e].center) - Vec3d(balls[e].center));

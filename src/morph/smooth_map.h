@@ -36,8 +36,8 @@ struct FrameMap {
 /// the centre of the pair's moving ball at `time`, p_e the centre of its source ball. F_e undoes
 /// the rotation and scaling of e's part (morph/parts.h) since time 0. Pairs on limbs with curves
 /// have samples on the centre lines instead (morph/limb_samples.h). The kernel k_e is Gaussian,
-/// with a deviation of 5.5 % of `size`. It is wider for large balls; it is 4 % where limbs are
-/// matched, and down to 1.5 % on limbs with curves and where limbs pass each other
+/// with a deviation of 5.5 % of `size`, or more for large balls. The deviation is 4 % where limbs
+/// are matched, and down to 1.5 % on limbs with curves and where limbs pass each other
 /// (morph/passing_limbs.h). At time 0 (1) X_A (X_B) is exactly the identity. At the landmarks'
 /// current positions (landmark_positions()), X_A and X_B are exactly the landmarks' points on both
 /// objects. `balls`: balls_at(plan, time). `size`: the diagonal of the objects. `from_thinness`,

@@ -48,8 +48,9 @@ void set_shares(LegTiming& leg, const BoundarySettings& settings, bool own_look)
   leg.shares[2] = 1 - (leg.shares[0] + leg.shares[1] + leg.shares[3] + leg.shares[4]);
 }
 
-/// Tests whether a leg's surface is made from distances. Paths and shapes that separate into single
-/// balls (explode, drops), and the report's method, use balls.
+/// Tests whether a leg's surface is made from distances (MotionSettings::interpolate). Balls are
+/// always used for paths and shapes that separate into single balls (explode, drops), in fields
+/// that are not Gaussian, and with an influence resolution (surface.influence).
 bool has_distances(const Scene& scene, const ObjectSettings& from, const ObjectSettings& to) {
   constexpr const char* kDrops = "drops";
   return to.motion.interpolate == Interpolation::kDistance && to.motion.path != Path::kExplode &&
@@ -74,8 +75,8 @@ bool show_model_without_stages(const LegTiming& leg, float leg_fraction, MorphSt
 }
 
 /// Tests whether the scene gives the total number of frames, from which the legs' numbers of frames
-/// follow.
-bool is_counted(const Scene& scene) {
+/// follow (unless an actor gives its own).
+bool has_frame_count(const Scene& scene) {
   return scene.frames.count > 0 && scene.frames.per_leg.empty();
 }
 
@@ -108,12 +109,12 @@ Playback make_playback(const Scene& scene, const ObjectSettings& object) {
 constexpr double kRounding = 1e-6;
 
 /// Number of frames for which a mesh sequence plays once, with the hold of its last mesh.
-int round_frames(const Playback& playback) {
+int playback_frames(const Playback& playback) {
   const double frames = std::ceil(playback.meshes / playback.pace - kRounding);
   return playback.hold + static_cast<int>(std::clamp(frames, 1.0, double{kMaxFrames}));
 }
 
-/// The mesh that is shown `step` frames after the first.
+/// The mesh, counted from 0, that is shown `step` frames after the first.
 int mesh_at(const Playback& playback, int step) {
   double elapsed = step;  // frames; in a loop, since the first mesh was last shown
   if (playback.loop)
@@ -197,10 +198,10 @@ Timeline lay_out(const Scene& scene, const ActorSettings& actor) {
     return timeline;
   }
   if (!actor.blend.empty()) {
-    const bool counts_all = is_counted(scene) && actor.per_leg.empty();
+    const bool fills_film = has_frame_count(scene) && actor.per_leg.empty();
     const int still_frames = timeline.hold_start + scene.frames.hold_end;
     timeline.steps =
-        (counts_all ? timeline.count - still_frames : leg_frames(scene, actor).front()) - 1;
+        (fills_film ? timeline.count - still_frames : leg_frames(scene, actor).front()) - 1;
     add_blend_legs(scene, actor, timeline);
     return timeline;
   }
@@ -216,21 +217,22 @@ Timeline lay_out(const Scene& scene, const ActorSettings& actor) {
   const std::vector<int> frames = leg_frames(scene, actor);
   PM_CHECK(frames.size() == leg_count);
 
-  // The number of steps follows from the scene's number of frames or from the legs' frames.
+  // The number of steps follows from the scene's number of frames or from the legs' frames, of
+  // which there are at least two.
   const int total = std::accumulate(frames.begin(), frames.end(), 0);
   int hold_frames = held_frames(actor);
-  const bool counts_all = is_counted(scene) && actor.per_leg.empty();
-  timeline.steps = counts_all ? timeline.count - timeline.hold_start - scene.frames.hold_end - 1
+  const bool fills_film = has_frame_count(scene) && actor.per_leg.empty();
+  timeline.steps = fills_film ? timeline.count - timeline.hold_start - scene.frames.hold_end - 1
                               : std::max(2, total) + hold_frames - 1;
   // If the holds leave less than a step per leg, there are no holds.
   if (timeline.steps - hold_frames < static_cast<int>(leg_count)) hold_frames = 0;
-  const int moving = timeline.steps - hold_frames;
+  const int moving_steps = timeline.steps - hold_frames;
   // Sums over the legs so far: frames as the scene gives them, and steps of holds.
   int frames_before = 0, holds_before = 0;
   // The step, without holds, at which the first n of the legs' `total` frames have passed: n *
-  // moving / total, rounded.
+  // moving_steps / total, rounded.
   const auto step_at = [&](int n) {
-    return static_cast<int>((2LL * n * moving + total) / (2LL * total));
+    return static_cast<int>((2LL * n * moving_steps + total) / (2LL * total));
   };
   for (std::size_t i = 0; i < leg_count; ++i) {
     LegTiming leg;
@@ -298,11 +300,11 @@ double leg_pace(const LegTiming& leg) {
 }
 
 int film_frame_count(const Scene& scene) {
-  if (is_counted(scene)) return scene.frames.count;
+  if (has_frame_count(scene)) return scene.frames.count;
   int longest = 0;
   for (const ActorSettings& actor : scene.actors) {
     if (plays_sequence_alone(actor)) {
-      const int played = round_frames(make_playback(scene, actor.source));
+      const int played = playback_frames(make_playback(scene, actor.source));
       longest = std::max(longest, actor.start - 1 + played);
       continue;
     }

@@ -1,4 +1,4 @@
-// Timeline of a morph (the state machine of the report's Fig. 5.14): the state that a frame shows,
+// Timeline of a morph (the state machine of Gilbert 2010, Fig. 5.14): the state that a frame shows,
 // as a function of its number alone. A leg is the part of the timeline in which one object turns
 // into the next.
 #pragma once
@@ -38,7 +38,8 @@ const char* stage_name(Stage stage);
 
 /// Timing of one leg.
 struct LegTiming {
-  /// A step leads from one frame to the next; step 0 begins after Timeline::hold_start.
+  /// The leg's first step, and its number of steps. A step leads from one frame to the next; step 0
+  /// begins after Timeline::hold_start.
   int first_step = 0, steps = 1;
   bool starts_at_model = true,
        ends_at_model = true;  ///< whether the leg's start (end) shows a model

@@ -100,7 +100,7 @@ class ColumnGeneration {
       const double bound = cost_ - saving_;
       if (missing.empty() || round == kMaxRounds || cost_ - bound <= gap * cost_) {
         PM_CHECK(missing.empty() || hub_flow_ == 0);
-        TransportPlan plan{std::move(flows_), 0, bound / kTotal / scale_};
+        TransportPlan plan{std::move(flows_), /*cost=*/0, bound / kTotal / scale_};
         plan.cost = cost_ / kTotal / scale_;
         return plan;
       }
@@ -120,7 +120,7 @@ class ColumnGeneration {
   /// Sets the scale that makes kCostSteps the integer cost of the most expensive arc.
   void find_scale() {
     std::vector<float> largest(n_);
-    for_ranges(n_, 16, pairs(), [&](std::int64_t begin, std::int64_t end) {
+    for_ranges(n_, /*grain=*/16, pairs(), [&](std::int64_t begin, std::int64_t end) {
       std::vector<float> row(m_);
       for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
         rows_(static_cast<std::uint32_t>(i), row);
@@ -184,7 +184,7 @@ class ColumnGeneration {
         }
       }
     };
-    for_ranges(chunks, 1, pairs(), [&](std::int64_t begin, std::int64_t end) {
+    for_ranges(chunks, /*grain=*/1, pairs(), [&](std::int64_t begin, std::int64_t end) {
       for (std::int64_t chunk = begin; chunk < end; ++chunk) scan(chunk);
     });
     // Collect the sources' arcs, and join the chunks' lists of each target.
@@ -236,7 +236,7 @@ class ColumnGeneration {
       for (std::uint32_t j = 0; j < m_; ++j)
         potential_to_[j] = std::min(potential_to_[j], to_integer(row[j]) + potential);
     }
-    for_ranges(n_, 16, pairs(), [&](std::int64_t begin, std::int64_t end) {
+    for_ranges(n_, /*grain=*/16, pairs(), [&](std::int64_t begin, std::int64_t end) {
       std::vector<float> costs(m_);
       for (auto i = static_cast<std::uint32_t>(begin); i < static_cast<std::uint32_t>(end); ++i) {
         rows_(i, costs);
@@ -329,7 +329,7 @@ class ColumnGeneration {
   /// Cost of `flows_`, and the most by which other arcs may lower it (cheapest_arcs()), in integer
   /// units.
   double cost_ = 0, saving_ = 0;
-  std::int64_t hub_flow_ = 0;  ///< mass that solve() sent through the hub, for want of arcs
+  std::int64_t hub_flow_ = 0;  ///< mass for which solve() found no arcs but the hub's
 };
 
 }  // namespace

@@ -59,7 +59,7 @@ Vec3 half_extent(const Ball& ball, float margin) {
 }
 
 /// Makes the grid around the balls, with `cells` cells along its longest side. Its cell size is 0
-/// if no ball reaches the surface's level.
+/// if the box around the balls is a point.
 Grid grid_over(const std::vector<Ball>& balls, int cells) {
   // The box holds all points where a single ball's value is at least exp(-0.05).
   constexpr float kExponentMargin = 0.05f;
@@ -91,7 +91,7 @@ std::vector<std::uint8_t> mark_inside(const std::vector<Ball>& balls, const Grid
   std::vector<std::uint8_t> inside(plane * static_cast<std::size_t>(grid.points.z), 0);
   std::vector<Vec3> half;
   for (const Ball& ball : balls) half.push_back(half_extent(ball, kTail));
-  // First and last grid point of a ball's box along an axis; none in the grid: first > last.
+  // First and last grid point of a ball's box along an axis; first > last if none is in the grid.
   const auto range = [&](float center, float half_size, float origin, int points) {
     const float low = (center - half_size - origin) / grid.cell,
                 high = (center + half_size - origin) / grid.cell;
@@ -250,10 +250,10 @@ void number_voxels(VoxelSolid& solid, const std::vector<std::uint8_t>& inside) {
 
 constexpr std::uint32_t kFar = std::numeric_limits<std::uint32_t>::max();
 
-/// Completes distances from the known ones, which are not kFar: Dial's algorithm (1969), which is
-/// Dijkstra's with a cyclic array of buckets, one per length; no step is longer than 21.
+/// Completes distances from the known ones, which are not kFar, by Dial's algorithm (1969). It is
+/// Dijkstra's algorithm with a cyclic array of buckets, one per distance.
 void propagate_distances(const VoxelSolid& solid, std::vector<std::uint32_t>& distance) {
-  constexpr std::uint32_t kBuckets = 32;
+  constexpr std::uint32_t kBuckets = 32;  // more than the longest step (21)
   std::array<std::vector<std::uint32_t>, kBuckets> buckets;
   std::size_t queued_count = 0;
   std::uint32_t low = kFar, high = 0;
@@ -344,9 +344,9 @@ std::vector<std::uint32_t> geodesic_distances(const VoxelSolid& solid,
 
 std::vector<std::uint32_t> local_radii(const VoxelSolid& solid) {
   // Balls are placed at the local maxima of the depth, the largest first. A ball whose centre lies
-  // in a ball that is kLarger times as large is skipped. kHalfDiagonal, half a voxel's diagonal in
-  // voxels, is added to the radii, so that balls cover the voxels at the surface.
-  constexpr double kLarger = 1.3, kHalfDiagonal = 0.87;
+  // in a ball that is kSkipRatio times as large is skipped. kHalfDiagonal, half a voxel's diagonal
+  // in voxels, is added to the radii, so that balls cover the voxels at the surface.
+  constexpr double kSkipRatio = 1.3, kHalfDiagonal = 0.87;
   std::vector<std::uint32_t> centers;
   for (std::uint32_t i = 0; i < solid.size(); ++i) {
     bool is_deepest = true;
@@ -360,7 +360,7 @@ std::vector<std::uint32_t> local_radii(const VoxelSolid& solid) {
   std::vector<std::uint32_t> radius(solid.size(), 0);
   for (const std::uint32_t i : centers) {
     const std::uint32_t depth = solid.depth[i];
-    if (static_cast<double>(radius[i]) >= kLarger * depth) continue;
+    if (static_cast<double>(radius[i]) >= kSkipRatio * depth) continue;
     const double ball_radius = static_cast<double>(depth) / VoxelSolid::kStepUnits + kHalfDiagonal;
     const int r = static_cast<int>(ball_radius);
     const Int3 center = solid.point(i);

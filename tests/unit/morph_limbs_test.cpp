@@ -41,7 +41,7 @@ TEST(Limbs, OfAFigureAreItsHeadArmsAndLegs) {
   const Limb& arm = limbs.limbs[limb_at(limbs, tips[1]).first];
   EXPECT_NEAR(arm.length(), 0.85, 0.2);
   EXPECT_NEAR(arm.radius[3], 0.1, 0.04);
-  EXPECT_TRUE(arm.inner.empty());
+  EXPECT_TRUE(arm.nested.empty());
   EXPECT_NEAR(arm.stretch, arm.length(), 1e-9);
   for (std::size_t k = 1; k < kLimbStations; ++k) EXPECT_LT(arm.line[k].x, arm.line[k - 1].x);
   const Limb& head = limbs.limbs[limb_at(limbs, tips[0]).first];
@@ -71,12 +71,12 @@ TEST(Limbs, ThatSitOnAnotherAreItsInnerOnes) {
     }
   const Limbs limbs = find_limbs(balls);
   const auto outer = std::find_if(limbs.limbs.begin(), limbs.limbs.end(),
-                                  [](const Limb& limb) { return !limb.inner.empty(); });
+                                  [](const Limb& limb) { return !limb.nested.empty(); });
   ASSERT_NE(outer, limbs.limbs.end());
-  EXPECT_EQ(outer->inner.size(), 2u);
+  EXPECT_EQ(outer->nested.size(), 2u);
   EXPECT_NEAR(outer->root.x, -0.4, 0.2);
   EXPECT_LT(outer->stretch, outer->length());
-  for (const std::uint32_t i : outer->inner) EXPECT_LT(limbs.limbs[i].root.x, -0.9);
+  for (const std::uint32_t i : outer->nested) EXPECT_LT(limbs.limbs[i].root.x, -0.9);
 }
 
 TEST(Limbs, OfABallAreNone) {
@@ -87,7 +87,7 @@ TEST(Limbs, OfABallAreNone) {
 TEST(Limbs, DoNotDependOnWhereTheObjectStandsOrOnItsSize) {
   const Limbs limbs = find_limbs(figure()), other = find_limbs(moved(figure(), {}, 10, {3, -2, 5}));
   ASSERT_EQ(limbs.limbs.size(), other.limbs.size());
-  EXPECT_NEAR(other.size, 10 * limbs.size, 0.3 * limbs.size);
+  EXPECT_NEAR(other.mean_distance, 10 * limbs.mean_distance, 0.3 * limbs.mean_distance);
   for (const Limb& limb : limbs.limbs)
     EXPECT_LT(limb_at(other, limb.tip() * 10 + Vec3d{3, -2, 5}).second, 0.5);
 }

@@ -100,7 +100,7 @@ CapedFigure caped(const Limbs& whole, double visible) {
   CapedFigure figure = {whole, {number("left leg"), number("right leg")}};
   Limbs& limbs = figure.limbs;
   Limb both = limbs.limbs[figure.legs[0]];
-  both.inner = {figure.legs[0], figure.legs[1]};
+  both.nested = {figure.legs[0], figure.legs[1]};
   const Limb &left = whole.limbs[figure.legs[0]], &right = whole.limbs[figure.legs[1]];
   for (std::size_t k = 0; k < kLimbStations; ++k)
     both.line[k] = (left.line[k] + right.line[k]) * 0.5;

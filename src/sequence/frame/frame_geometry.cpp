@@ -44,6 +44,7 @@ Result<ActorGeometry> model_geometry(const PreparedActor& actor, const MorphStat
   }
   PM_TRY(geometry.leg, leg_at(actor, moment, engine));
   const std::shared_ptr<const PreparedObject>& object = shown_object(*geometry.leg, moment);
+  // Points to the object's model, and shares ownership of the object.
   if (sequence) geometry.sequence_model = {object, &object->model};
   const BoundaryState boundary{leaving, moment.boundary, moment.growth};
   PM_TRY(BoundarySurface shown, boundary_surface(*geometry.leg, boundary, engine));
@@ -114,6 +115,7 @@ Status add_flow(const PreparedActor& actor, bool is_last, Engine& engine, ActorG
     LegState state;
     state.time = now.time;
     state.balls = geometry.balls;
+    // The same leg, between the poses of the next frame.
     PM_TRY(const auto next_leg, leg_at(actor, now.leg, next.frame, engine));
     PM_TRY(geometry.flow, flow_until(leg, state, {*next_leg, stays_in_leg ? next.time : leg.until},
                                      geometry.surface.positions, engine));
@@ -232,8 +234,8 @@ Mesh shown_mesh(const PreparedActor& actor, const ActorGeometry& geometry) {
 
 Result<FrameGeometry> geometry_at(const PreparedScene& prepared, Engine& engine, int frame) {
   const int film_frame = shown_frame(prepared.scene, frame);
-  FrameGeometry geometry{
-      frame, sequence_time(prepared.scene, film_frame), stage_names(prepared, frame), {}};
+  FrameGeometry geometry{frame, sequence_time(prepared.scene, film_frame),
+                         stage_names(prepared, frame), /*actors=*/{}};
   // Actors that share legs and times have the same geometry, which is made once.
   // `first_actors`: by first leg and times, the actor whose geometry is copied.
   std::map<std::tuple<const Leg*, int, int, int>, std::size_t> first_actors;

@@ -40,10 +40,10 @@ struct ActorGeometry {
   /// Scene-linear colours of the surface's and the model's points that replace materials and look
   /// (paint_origins.h); empty: none.
   std::vector<Vec3> surface_paint, point_paint;
-  bool moves = true;  ///< whether it differs from both the frame before and the frame after
+  bool moves = true;  ///< whether the actor looks different in both neighbouring frames
 };
 
-/// Returns the object of an actor with the index MorphState::object.
+/// Returns an actor's object by its index, MorphState::object.
 inline const PreparedObject& object_of(const PreparedActor& actor, int object) {
   return *actor.objects[static_cast<std::size_t>(object)];
 }

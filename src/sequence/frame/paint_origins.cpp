@@ -47,14 +47,14 @@ Status paint_origins(const PreparedScene& prepared, Engine& engine, FrameGeometr
       actor_geometry.surface_paint = make_paint(actor, places);
       continue;
     }
-    // `count`: number of legs through which points are traced back. If an object is shown (object
-    // >= 0), these lead from the first object to it.
+    // Number of legs through which points are traced back. If an object is shown (object >= 0),
+    // these lead from the first object to it.
     const int object = actor_geometry.moment.object,
-              count = object >= 0 ? object : actor_geometry.moment.leg + 1;
+              leg_count = object >= 0 ? object : actor_geometry.moment.leg + 1;
     // If three objects or more are mixed (actor.space), every leg begins at the first object, so
     // only the last leg is traced.
     std::vector<std::shared_ptr<const Leg>> legs;
-    for (int i = actor.space ? std::max(count - 1, 0) : 0; i < count; ++i) {
+    for (int i = actor.space ? std::max(leg_count - 1, 0) : 0; i < leg_count; ++i) {
       PM_TRY(std::shared_ptr<const Leg> leg, leg_at(actor, i, actor_geometry.moment.frame, engine));
       legs.push_back(std::move(leg));
     }

@@ -50,7 +50,7 @@ std::string ball_counts(const PreparedScene& prepared) {
 /// objects: "2 teapot to penguin, 3 teapot, 4 penguin".
 std::string object_names(const PreparedScene& prepared) {
   std::string names;
-  int id = 2;
+  int id = 2;  // kFirstId of render_scene.cpp
   const auto add = [&](const std::string& actor, std::string name) {
     if (prepared.actors.size() > 1) name = actor + "." + name;
     std::replace(name.begin(), name.end(), ',', ' ');
@@ -128,7 +128,7 @@ std::string picture_key(const PreparedScene& prepared, int frame) {
   Hasher key;
   key.add(frame_hash(scene, prepared.hashes, frame)).add(sequence_time(scene, frame));
   for (const PreparedActor& actor : prepared.actors) {
-    // A frame that differs from both its neighbours is traced by itself.
+    // A frame that differs from both its neighbours has no pixels in common with another.
     if (differs_from_neighbours(actor.timeline, frame)) return "";
     add(key, morph_state_at(actor.timeline, frame));
     // Motion vectors depend on the next frame, too.
@@ -155,11 +155,11 @@ void put_header(const PreparedScene& prepared, int frame, const FrameOrigin& ori
   // Keep the entries that describe mattes and those that are needed to merge a part.
   bool is_part = false;
   for (Attribute& attribute : image.attributes) {
-    const bool merges = attribute.name.starts_with(kPartPrefix) &&
-                        attribute.name != kPartColorSpaceAttribute &&
-                        attribute.name != kPartMultipartAttribute;
-    is_part = is_part || merges;
-    if (merges || attribute.name.starts_with("cryptomatte/"))
+    const bool is_for_merge = attribute.name.starts_with(kPartPrefix) &&
+                              attribute.name != kPartColorSpaceAttribute &&
+                              attribute.name != kPartMultipartAttribute;
+    is_part = is_part || is_for_merge;
+    if (is_for_merge || attribute.name.starts_with("cryptomatte/"))
       header.push_back(std::move(attribute));
   }
   if (is_part) make_part_header(prepared.scene.output, header);

@@ -38,7 +38,8 @@ RenderMesh common_mesh(const PreparedActor& actor, const ActorGeometry& geometry
 
 /// Replaces a mesh's materials and look by colours of its points, if there are any.
 void apply_paint(RenderMesh& mesh, const std::vector<Vec3>& colors) {
-  static const Material matte{"", {0, 0, 0}, {0, 0, 0}, 1};
+  static const Material matte{/*name=*/"", /*color=*/{0, 0, 0}, /*specular=*/{0, 0, 0},
+                              /*roughness=*/1};
   if (colors.empty()) return;
   MaterialLayer plain;
   plain.materials = std::span(&matte, 1);

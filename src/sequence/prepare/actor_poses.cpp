@@ -111,19 +111,19 @@ Result<PoseFit> fit_pose(ActorPoses& poses, std::size_t index, int mesh, const M
   const MeshSequence& sequence = *object.sequence;
   if (corresponds(object, model)) return fit_corresponding(poses, object, model);
   std::vector<std::optional<PoseFit>>& fits = poses.fits[index];
-  const auto at = [&](int k) -> std::optional<PoseFit>& {
+  const auto known_fit = [&](int k) -> std::optional<PoseFit>& {
     return fits[static_cast<std::size_t>(k)];
   };
-  if (at(mesh)) return *at(mesh);
+  if (known_fit(mesh)) return *known_fit(mesh);
   const std::string& topology = file_of(sequence, sequence.reference).topology;
   // Find the last earlier mesh whose fit is known. At the latest this is the reference, which is
   // the first mesh that can be shown.
   int start = mesh - 1;
-  while (file_of(sequence, start).topology != topology && !at(start)) --start;
+  while (file_of(sequence, start).topology != topology && !known_fit(start)) --start;
   PM_TRY(const Model first, load_mesh(sequence, start));
-  FittedPose previous = {{}, first.box()};
-  if (at(start)) {
-    previous.fit = *at(start);
+  FittedPose previous = {/*fit=*/{}, first.box()};
+  if (known_fit(start)) {
+    previous.fit = *known_fit(start);
   } else {
     PM_TRY(previous.fit, fit_corresponding(poses, object, first));
   }
@@ -141,7 +141,7 @@ Result<PoseFit> fit_pose(ActorPoses& poses, std::size_t index, int mesh, const M
       PM_TRY(previous.fit, fit_from_previous(poses, object, current, previous));
     }
     previous.box = current.box();
-    at(k) = previous.fit;
+    known_fit(k) = previous.fit;
   }
   return previous.fit;
 }

@@ -60,8 +60,8 @@ struct ActorPoses {
 };
 
 /// Sets up the poses of an actor; null if none of its objects is a mesh sequence in a morph.
-/// `objects`: the actor's chain; `prepared`: one per object; `first`: index of the first object in
-/// `loaded`, out of which the outermost points are moved.
+/// `objects`: the actor's chain; `prepared`: one per object; `first`: index in `loaded` of the
+/// first object. The outermost points are moved out of `loaded`.
 std::shared_ptr<ActorPoses> make_poses(const Preparation& preparation, const ActorOutline& outline,
                                        std::span<const ChainObject> objects,
                                        const ObjectList& prepared, std::size_t first,

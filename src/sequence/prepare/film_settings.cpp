@@ -97,7 +97,8 @@ std::vector<MeshHashes> hash_meshes(const MeshSequence& sequence, bool morphs) {
   const MeshFile& reference = sequence.files[static_cast<std::size_t>(sequence.reference)];
   std::string meshes_so_far;
   for (const MeshFile& file : sequence.files) {
-    MeshHashes& mesh_hashes = hashes.emplace_back(MeshHashes{file.digest + file.velocities, {}});
+    MeshHashes& mesh_hashes =
+        hashes.emplace_back(MeshHashes{file.digest + file.velocities, /*fit=*/{}});
     if (!morphs) continue;
     meshes_so_far =
         Hasher().add(std::string_view(meshes_so_far)).add(std::string_view(file.digest)).hex();
@@ -170,7 +171,7 @@ FrameView make_frame_view(const PreparedScene& prepared, int frame) {
   FrameView view;
   view.scene = scene_at(prepared.scene, frame);
   view.ground = view.scene.ground;
-  // Slightly below the lowest point, so that flat bottoms are not coplanar with the ground.
+  // The ground lies slightly below the lowest point, so that flat bottoms are not coplanar with it.
   if (!view.ground.height)
     view.ground.height = prepared.box.low.y - 1e-3f * prepared.box.diagonal();
   view.camera = prepared.camera;
@@ -190,6 +191,7 @@ SequenceHashes hash_sequence(const SceneInputs& inputs) {
   hashes.aovs = scene.image.aovs;
   add_meshes(inputs, hashes);
   const bool has_moving_camera = camera_moves(scene), has_sequences = !hashes.meshes.empty();
+  // The other members serve only films with mesh sequences or a moving camera.
   if (!has_sequences && (!has_moving_camera || leaves_balls_in_flight(scene))) return hashes;
   std::vector<Vec3> points;
   for (const Model& model : inputs.models)

@@ -73,7 +73,7 @@ Status add_legs(const Preparation& preparation, const PlanSettings& settings, Pr
   for (std::size_t i = 0; i < timings.size(); ++i) {
     const std::shared_ptr<const PreparedObject> target = actor.objects[i + 1];
     const Activity activity("planning " + source->name + " -> " + target->name);
-    LegParts parts{source, target, {}, previous, common_landmarks(*source, *target)};
+    LegParts parts{source, target, /*plan=*/{}, previous, common_landmarks(*source, *target)};
     parts.plan = plan_leg(settings, {*source, *target, parts.landmark_names}, timings[i].motion,
                           scene.field.kind, cache);
     log_plan(parts.plan, source->name, target->name);
@@ -111,8 +111,8 @@ Result<std::vector<PreparedActor>> make_actors(const Preparation& preparation,
   std::vector<PreparedActor> actors;
   actors.reserve(outlines.size());
   for (std::size_t a = 0; a < outlines.size(); ++a) {
-    PreparedActor& actor =
-        actors.emplace_back(PreparedActor{outlines[a], shared[a].offset, objects[a], {}, {}, {}});
+    PreparedActor& actor = actors.emplace_back(PreparedActor{
+        outlines[a], shared[a].offset, objects[a], /*legs=*/{}, /*space=*/{}, /*poses=*/{}});
     if (shared[a].first != a) {
       const PreparedActor& first = actors[shared[a].first];
       actor.objects = first.objects;
@@ -128,7 +128,7 @@ Result<std::vector<PreparedActor>> make_actors(const Preparation& preparation,
 MorphPlan plan_between(const Preparation& preparation, std::size_t actor,
                        const PreparedObject& from, const PreparedObject& to) {
   const Scene& scene = preparation.scene;
-  return plan_leg(scene.actors[actor].plan, {from, to, common_landmarks(from, to)}, {},
+  return plan_leg(scene.actors[actor].plan, {from, to, common_landmarks(from, to)}, /*motion=*/{},
                   scene.field.kind, preparation.cache);
 }
 
