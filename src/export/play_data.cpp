@@ -75,7 +75,7 @@ Result<PlayKey> make_key(const Leg& leg, float time, Engine& engine) {
   PlayKey key;
   key.time = time;
   key.progress = std::clamp(progress_at(leg.plan, time), 0.0f, 1.0f);
-  key.min_part = static_cast<float>(min_component_share(leg, key.progress));
+  key.min_component_share = static_cast<float>(min_component_share(leg, key.progress));
   const auto set_from_balls = [&]() -> Status {
     PM_TRY(const LegState state, leg_state(leg, time, engine));
     PM_TRY(const float iso, volume_iso(leg, state, engine));
