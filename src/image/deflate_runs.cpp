@@ -30,7 +30,7 @@ void find_code_lengths(std::span<const std::uint32_t> counts, int limit,
   for (std::size_t s = 0; s < counts.size(); ++s)
     if (counts[s] > 0) leaves.emplace_back(counts[s], static_cast<int>(s));
   std::fill(lengths.begin(), lengths.end(), std::uint8_t{0});
-  if (leaves.size() == 1) {
+  if (leaves.size() == 1) {  // a tree needs two leaves
     lengths[static_cast<std::size_t>(leaves[0].second)] = 1;
     return;
   }
@@ -190,6 +190,7 @@ void put_lengths(std::span<const std::uint8_t> lengths, BitWriter& writer) {
   ++counts[1];  // the length of the distance's code
   find_code_lengths(counts, kMaxCodeLengthBits, code_length_lengths);
   assign_codes(code_length_lengths, codes);
+  // Numbers of codes: for literals and lengths, for distances, for code lengths.
   writer.put(static_cast<std::uint64_t>(lengths.size() - 257), 5);
   writer.put(0, 5);  // one distance code
   writer.put(std::size(kOrder) - 4, 4);

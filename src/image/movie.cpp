@@ -83,6 +83,7 @@ std::string to_rgb_bytes(const Image& image) {
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x)
       for (const int c : color)
+        // A frame without G or B repeats its first channel.
         bytes.push_back(static_cast<char>(quantizer(image.at(x, y, std::max(c, 0)))));
   return bytes;
 }
