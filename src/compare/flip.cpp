@@ -143,7 +143,7 @@ struct Size {
   std::size_t pixels() const { return row(height); }
 };
 
-/// Filters each row; outside the picture its border pixels are repeated.
+/// Filters each row. Beyond the picture, the row's first and last pixels are repeated.
 Plane filter_rows(const Plane& in, Size size, const Kernel& kernel) {
   Plane out(in.size());
   parallel_ranges(size.height, kRowsPerTask, [&](std::int64_t begin, std::int64_t end) {
