@@ -89,7 +89,7 @@ struct MeasuredSurface::Data {
 };
 
 MeasuredSurface::MeasuredSurface(std::span<const Vec3> points, std::span<const Triangle> triangles)
-    : data_(new Data{{}, {}, ClosestPointQuery(points, triangles)}) {
+    : data_(new Data{/*samples=*/{}, /*normals=*/{}, ClosestPointQuery(points, triangles)}) {
   const Model model = make_model(points, triangles);
   for (const SurfaceSample& sample : sample_surface(model, kSamples))
     data_->samples.push_back(sample.point);
