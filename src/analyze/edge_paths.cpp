@@ -1,6 +1,5 @@
 #include "analyze/edge_paths.h"
 
-#include <algorithm>
 #include <functional>
 #include <limits>
 #include <queue>

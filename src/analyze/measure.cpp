@@ -4,12 +4,13 @@
 #include <cmath>
 #include <limits>
 
-#include "base/parallel.h"
+#include "base/box.h"
 #include "kernels/linear.h"
 #include "mesh/closest.h"
 #include "mesh/inside.h"
 #include "mesh/normals.h"
 #include "mesh/sample_surface.h"
+#include "model/model.h"
 
 namespace polymorph {
 namespace {

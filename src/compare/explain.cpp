@@ -1,7 +1,6 @@
 #include "compare/explain.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <map>

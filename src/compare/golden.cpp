@@ -1,8 +1,6 @@
 #include "compare/golden.h"
 
 #include <algorithm>
-#include <cmath>
-#include <stdexcept>
 
 #include "base/file.h"
 #include "base/json.h"

@@ -11,7 +11,6 @@
 #include "base/stopwatch.h"
 #include "base/worker.h"
 #include "device/device.h"
-#include "film/render_sequence.h"
 #include "image/image_io.h"
 #include "image/rgb_channels.h"
 #include "image/strip.h"
@@ -19,7 +18,6 @@
 #include "sequence/frame/frame_geometry.h"
 #include "sequence/frame/paint_origins.h"
 #include "sequence/frame/render_frame.h"
-#include "sequence/prepare/prepare.h"
 
 namespace polymorph {
 namespace {

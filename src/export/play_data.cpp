@@ -10,7 +10,6 @@
 #include "leg/surface_look.h"
 #include "morph/motion.h"
 #include "render/materials/materials.h"
-#include "render/rays/scene_build.h"
 
 namespace polymorph {
 namespace {

@@ -1,7 +1,6 @@
 #include "image/blue_noise.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 
 #include "base/exact_math.h"

@@ -2,7 +2,6 @@
 #include <zlib.h>
 
 #include <algorithm>
-#include <cmath>
 #include <span>
 
 #include "base/exact_math.h"

@@ -1,7 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <memory>
-#include <numeric>
 
 #include "base/file.h"
 #include "base/memory.h"

@@ -1,7 +1,6 @@
 #include "inspect/inspect_spheres.h"
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 
 #include "base/activity.h"

@@ -12,7 +12,6 @@
 #include "mesh/normals.h"
 #include "model/load/load_model.h"
 #include "model/shapes.h"
-#include "model/transform.h"
 
 namespace polymorph {
 namespace {

@@ -2,7 +2,6 @@
 // which are coloured by their correspondence (docs/interchange.md).
 #pragma once
 
-#include <map>
 #include <string>
 #include <vector>
 

@@ -1,7 +1,6 @@
 // Mesh simplification with a bounded Hausdorff distance.
 #pragma once
 
-#include "base/result.h"
 #include "interchange/surface_frame.h"
 
 namespace polymorph {
