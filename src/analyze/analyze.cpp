@@ -365,7 +365,7 @@ std::optional<Similarity> fit_similarity(const std::vector<Vec3>& from,
     moments.add(Vec3d(from[i]) - moments.from_center, Vec3d(to[i]) - moments.to_center,
                 /*weight=*/1);
   if (!(moments.from_square > 0 && moments.to_square > 0)) return std::nullopt;
-  Similarity fit{nearest_rotation(moments.covariance), moments.scale(), {}};
+  Similarity fit{nearest_rotation(moments.covariance), moments.scale(), /*shift=*/{}};
   fit.shift = moments.to_center - fit.rotation * moments.from_center * fit.scale;
   double max_error = 0;
   for (std::size_t i = 0; i < from.size(); ++i) {

@@ -66,9 +66,10 @@ struct Kernel {
   std::vector<float> weights;
 };
 
+/// Makes the kernel with the weights f(-radius) .. f(radius).
 template <class F>
 Kernel sample(int radius, const F& f) {
-  Kernel kernel{radius, {}};
+  Kernel kernel{radius, /*weights=*/{}};
   for (int i = -radius; i <= radius; ++i)
     kernel.weights.push_back(static_cast<float>(f(static_cast<double>(i))));
   return kernel;
@@ -89,7 +90,7 @@ Kernel balance(Kernel kernel) {
   return kernel;
 }
 
-/// All filters of FLIP; lengths are in pixels.
+/// All filters of FLIP.
 struct Filters {
   Kernel sharp[2];     ///< one Gaussian each for lightness and red-green
   Kernel blue[2];      ///< two Gaussians for blue-yellow
@@ -134,6 +135,7 @@ Filters make_filters(double pixels_per_degree) {
   return filters;
 }
 
+/// Size of a picture in pixels.
 struct Size {
   int width, height;
   /// Returns the index of the first pixel in row y.

@@ -252,8 +252,8 @@ DecodedImage decode_png(const std::string& bytes, std::uint64_t max_bytes) {
   image->integer_format = 1;
   image->straight_alpha = 1;
   for (std::size_t i = 0; i + 1 < image->texts.size(); i += 2)
-    image->entries.push_back(
-        {image->texts[i].c_str(), PM_OIIO_STRING, image->texts[i + 1].c_str(), 0, 0});
+    image->entries.push_back({image->texts[i].c_str(), PM_OIIO_STRING, image->texts[i + 1].c_str(),
+                              /*integer=*/0, /*real=*/0});
   image->attribute_count = static_cast<int>(image->entries.size());
   image->attributes = image->entries.data();
   return result;

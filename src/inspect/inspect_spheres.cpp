@@ -23,7 +23,7 @@ namespace {
 
 Result<Model> load_model_or_shape(const std::string& name) {
   if (is_shape_name(name)) return make_shape(name);
-  PM_TRY(LoadedModel loaded, load_model(name, {}));
+  PM_TRY(LoadedModel loaded, load_model(name, /*settings=*/{}));
   for (const std::string& warning : loaded.warnings) log_warning("{}", warning);
   return std::move(loaded.model);
 }
@@ -201,7 +201,8 @@ Status write_spheres(const SpheresRequest& request, const SpheresResult& result)
                       ? write_file(request.write_spheres, tree_json(result.approximation.tree))
                       : write_mesh(request.write_spheres, make_sphere_mesh(spheres)));
   if (request.write_surface.empty() && request.output.empty()) return Ok{};
-  PM_TRY(const Mesh surface, extract_surface(*make_cpu_engine(), result.balls, result.cell, {}));
+  PM_TRY(const Mesh surface,
+         extract_surface(*make_cpu_engine(), result.balls, result.cell, /*settings=*/{}));
   if (!request.write_surface.empty()) PM_TRY_STATUS(write_mesh(request.write_surface, surface));
   if (!request.output.empty())
     PM_TRY_STATUS(

@@ -97,7 +97,7 @@ std::vector<double> geodesic_errors(const std::vector<Vec3>& arrived,
 std::optional<double> remaining_rotation(const std::vector<Vec3>& from, const std::vector<Vec3>& to,
                                          const Mat3& applied) {
   const std::vector<Vec3d> p = to_double(from), q = to_double(to);
-  const std::optional<double> angle = rotation_about_vertical({p, q, {}}, applied);
+  const std::optional<double> angle = rotation_about_vertical({p, q, /*weights=*/{}}, applied);
   return angle ? std::optional(std::abs(*angle)) : std::nullopt;
 }
 

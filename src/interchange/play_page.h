@@ -20,9 +20,11 @@ namespace polymorph {
 struct PlayObject {
   std::string name;
   std::shared_ptr<const DistanceGrid> distances;  ///< null if its legs are ball legs
-  std::shared_ptr<const DistanceGrid> smooth;  ///< distances without detail; null if it is no solid
-  std::shared_ptr<const DistanceGrid> thinness;  ///< [0, 1]; null unless a solid with distances
-  Vec3 color{1, 1, 1};                           ///< scene-linear; used if `colors` is empty
+  std::shared_ptr<const DistanceGrid>
+      smooth;  ///< distances without detail; null if this is no solid
+  std::shared_ptr<const DistanceGrid>
+      thinness;         ///< [0, 1]; null unless a solid in legs with distances
+  Vec3 color{1, 1, 1};  ///< scene-linear; used if `colors` is empty
   Grid color_grid;
   std::vector<Vec3> colors;  ///< scene-linear, at the points of color_grid; or empty
 };
@@ -75,7 +77,7 @@ struct PlayFrame {
   int leg = 0;     ///< index in PlayActor::legs
   float time = 0;  ///< time of the leg's motion, [0, 1]
   float look = 0;  ///< weight of the common look (PlayPage::look), [0, 1]
-  /// Weights of the objects of the actor's PlaySpace, with which no other member is used. Empty if
+  /// Weights of the objects of the actor's PlaySpace; the other members are then unused. Empty if
   /// the actor has legs.
   std::vector<float> weights;
 };
@@ -101,9 +103,9 @@ struct PlayPage {
   std::vector<PlayActor> actors;
 };
 
-/// Encodes the page as HTML. Errors of distances are at most 1/80 of the surface's cell, of colours
-/// 1/256, of a leg's changing values 1/32766 of their range; 1/1022 for the balls of a distance
-/// leg, which are only displayed. All data is deflated.
+/// Encodes the page as HTML. Distances have errors of at most 1/80 of the surface's cell, colours
+/// of 1/256, and a leg's changing values of 1/32766 of their range (1/1022 for the balls of a
+/// distance leg, which are only displayed). All data is deflated.
 std::string encode_play_page(const PlayPage& page);
 
 }  // namespace polymorph

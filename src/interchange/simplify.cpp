@@ -13,8 +13,8 @@ namespace {
 
 /// Collapses edges and returns the remaining triangles, which index vertices of the split surface.
 /// `error` is the limit of meshoptimizer's error, relative to the surface's extent. Triangles with
-/// `is_fixed` do not change: the others are simplified without them, and so the points that both
-/// share lie on a border, which stays.
+/// `is_fixed` do not change. The others are simplified without them, so the points that they share
+/// with fixed triangles lie on a border, and borders stay.
 std::vector<Triangle> collapse_edges(const SurfaceFrame& frame, const SplitSurface& split,
                                      float error, const std::vector<std::uint8_t>& is_fixed) {
   std::vector<Vec3> positions;
@@ -64,7 +64,8 @@ float measure_distance(const SurfaceFrame& frame, const ClosestPointQuery& origi
                        std::vector<std::uint8_t>& is_fixed) {
   const ClosestPointQuery simplified(frame.positions, remaining);
   float farthest = 0;
-  std::vector<std::uint8_t> exceeds(frame.positions.size(), 0);  // 1: further than `limit`
+  std::vector<std::uint8_t> exceeds(frame.positions.size(),
+                                    0);  // 1: a distance at the point exceeds `limit`
   const std::vector<ClosestPoint> nearest = simplified.closest(frame.positions);
   for (std::size_t i = 0; i < nearest.size(); ++i) {
     farthest = std::max(farthest, nearest[i].distance);

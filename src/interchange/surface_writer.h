@@ -39,8 +39,8 @@ struct GlbSettings {
 };
 
 /// Makes a writer of binary glTF 2.0 with a node per actor and frame; equal consecutive frames
-/// share a node. An animation shows the nodes in turn. It sets the scale of hidden nodes to 0,
-/// which every viewer plays, and their KHR_node_visibility by KHR_animation_pointer. The attribute
+/// share a node. An animation shows the nodes in turn. It hides a node by a scale of 0, which every
+/// viewer plays, and by KHR_node_visibility with KHR_animation_pointer. The attribute
 /// _VELOCITY has units per second. With a constant topology, there is one node per actor with a
 /// morph target per frame after the first, and no _VELOCITY. The file includes materials and
 /// textures. Errors: kOutput.

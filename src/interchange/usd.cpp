@@ -62,20 +62,20 @@ char* put(char* to, int v) { return std::to_chars(to, to + 12, v).ptr; }
 /// Writes the shortest text that reads back to the same float.
 char* put(char* to, float v) { return std::to_chars(to, to + 24, v).ptr; }
 
-/// A number to be written with six significant digits, enough for everything but positions.
+/// A number to be written with six significant digits: enough for normals, velocities and colours.
 struct Rounded {
   float value;
 };
 /// Writes a rounded number without trailing zeros.
 char* put(char* to, Rounded r) {
-  const double size = std::abs(static_cast<double>(r.value));
-  if (!(size >= 1e-4 && size < 9.99999))
+  const double magnitude = std::abs(static_cast<double>(r.value));
+  if (!(magnitude >= 1e-4 && magnitude < 9.99999))
     return std::to_chars(to, to + 24, r.value, std::chars_format::general, 6).ptr;
   // Fast path for numbers without exponent and with one digit at most before the point: one
   // multiplication gives the six digits as an integer. 1 / `unit` is the place value of the last.
   std::uint32_t unit = 100000;
-  while (size * unit < 99999.5) unit *= 10;
-  auto digits = static_cast<std::uint32_t>(std::lrint(size * unit));
+  while (magnitude * unit < 99999.5) unit *= 10;
+  auto digits = static_cast<std::uint32_t>(std::lrint(magnitude * unit));
   if (r.value < 0) *to++ = '-';
   *to++ = static_cast<char>('0' + digits / unit);
   digits %= unit;
@@ -87,6 +87,7 @@ char* put(char* to, Rounded r) {
   }
   return to;
 }
+/// Writes numbers as "(a, b, c)".
 template <class T>
 char* put_tuple(char* to, std::initializer_list<T> numbers) {
   *to++ = '(';

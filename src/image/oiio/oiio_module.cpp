@@ -86,7 +86,8 @@ void add_display_entries(const OIIO::ImageSpec& spec, Decoded& image) {
     image.attribute_store.push_back({"Orientation", PM_OIIO_INT, nullptr, orientation, 0});
   const auto add = [&](const char* name, std::string text) {
     image.texts.push_back(std::make_unique<std::string>(std::move(text)));
-    image.attribute_store.push_back({name, PM_OIIO_STRING, image.texts.back()->c_str(), 0, 0});
+    image.attribute_store.push_back(
+        {name, PM_OIIO_STRING, image.texts.back()->c_str(), /*integer=*/0, /*real=*/0});
   };
   const OIIO::ParamValue* profile = spec.find_attribute("ICCProfile");
   if (profile && profile->datasize() > 0)
@@ -111,7 +112,8 @@ void add_attributes(const OIIO::ImageSpec& spec, Decoded& image) {
     const std::string name = entry.name().string();
     if (is_structural(name) || entry.nvalues() != 1 || known_names.count(name)) continue;
     image.texts.push_back(std::make_unique<std::string>(name));
-    PmOiioAttribute attribute{image.texts.back()->c_str(), PM_OIIO_INT, nullptr, 0, 0};
+    PmOiioAttribute attribute{image.texts.back()->c_str(), PM_OIIO_INT, /*text=*/nullptr,
+                              /*integer=*/0, /*real=*/0};
     if (entry.type() == OIIO::TypeString) {
       attribute.kind = PM_OIIO_STRING;
       image.texts.push_back(std::make_unique<std::string>(entry.get_string()));
