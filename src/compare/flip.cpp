@@ -99,6 +99,7 @@ struct Filters {
   Kernel edge, point;  ///< first and second derivative of `smooth`
 };
 
+/// Makes the filters for a screen of this resolution.
 Filters make_filters(double pixels_per_degree) {
   constexpr double kPi = std::numbers::pi;
   // The contrast sensitivity functions as Gaussians sqrt(pi / b) a exp(-pi^2 x^2 / b) of the

@@ -95,7 +95,7 @@ Image resized_colors(const Image& image, int width) {
 
 Result<EngineScene> prepare_film(Scene scene, const Resources& resources) {
   scene.image.aovs = "none";  // PNGs, sheets and GIFs have no layers for AOVs
-  // Two pictures: the one that is traced, and its colours.
+  // Two pictures are in memory at once: the one that is traced, and a copy of its colours.
   PM_TRY_STATUS(check_picture_memory(scene.image, 2, resources.max_memory));
   return prepare_on_engine(scene, resources, /*pictures=*/2);
 }

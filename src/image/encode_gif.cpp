@@ -179,6 +179,7 @@ Result<std::string> encode_gif(std::span<const Image> frames, float frames_per_s
     return make_error(ErrorCode::kInput, "a GIF cannot be {} x {} pixels (at most 65535 per side)",
                       frames[0].width, frames[0].height);
   PM_CHECK(frames_per_second > 0);
+  // Choose a palette for all frames.
   ColorHistogram histogram;
   for (const Image& frame : frames) histogram.add(encode_colors(frame));
   // One of the 256 entries is left for the transparent colour.
@@ -187,6 +188,7 @@ Result<std::string> encode_gif(std::span<const Image> frames, float frames_per_s
   const auto transparent = static_cast<std::uint8_t>(palette.size());
   const std::size_t pixels =
       static_cast<std::size_t>(frames[0].width) * static_cast<std::size_t>(frames[0].height);
+  // Encode each frame as the changes of the screen that the frames before it have drawn.
   Screen screen{frames[0].width, frames[0].height, transparent, std::vector<Rgb8>(pixels),
                 std::vector<std::uint8_t>(pixels)};
   std::string bytes;

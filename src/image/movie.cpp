@@ -120,6 +120,7 @@ Status write_mp4(const fs::path& path, std::span<const Image> frames, float fram
   struct sigaction ignore = {}, previous = {};
   ignore.sa_handler = SIG_IGN;
   sigaction(SIGPIPE, &ignore, &previous);
+  // Run ffmpeg, and send it the frames as raw pixels.
   bool succeeded = true;
   {
     Child child(program,

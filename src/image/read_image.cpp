@@ -63,7 +63,8 @@ struct PixelRule {
   std::size_t colors;              ///< number of leading R, G, B channels
   int alpha;                       ///< index of A, or -1
   bool curved;                     ///< colours carry the sRGB curve
-  bool straight_in, straight_out;  ///< colours are not premultiplied by alpha
+  bool straight_in, straight_out;  ///< whether the file's and the result's colours are not
+                                   ///< premultiplied by alpha
 };
 
 /// Converts row y of an image with floats.

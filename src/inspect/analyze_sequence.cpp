@@ -215,7 +215,7 @@ Result<BoundaryMeshes> sample_boundary_stage(const Leg& leg, const LegTiming& ti
   BoundaryMeshes stage;
   if (!(leaving ? timing.starts_at_model : timing.ends_at_model)) return stage;
   constexpr int kMinSteps = 4;
-  // Durations of kBoundaryOut or kBoundaryIn over that of kVolume.
+  // Duration of the boundary stage (kBoundaryOut or kBoundaryIn) over that of the volumetric stage.
   const float time_ratio = timing.shares[leaving ? 1 : 3] / timing.shares[2];
   const int proportional = static_cast<int>(std::lround(static_cast<float>(count) * time_ratio));
   const int steps = time_ratio > 0 ? std::max(kMinSteps, proportional) : 0;

@@ -254,6 +254,7 @@ Status GlbWriter::add_vertices(const SurfaceFrame& frame, const SplitSurface& sp
         "COLOR_0", "VEC3", serialize(split, [&](std::string& bytes, std::size_t, std::uint32_t p) {
           put(bytes, frame.colors[p]);
         })));
+  // Mixtures have no texture, but a constant topology keeps its texture coordinates.
   if ((!frame.is_mixed || sequence_.constant_topology) && !frame.corner_uvs.empty())
     PM_TRY_STATUS(
         add_attribute("TEXCOORD_0", "VEC2",
@@ -536,7 +537,7 @@ Status GlbWriter::add_camera_motion() {
     Rotation rotation = camera_rotation(cameras[i]);
     float product = 0;
     for (std::size_t k = 0; k < 4; ++k) product += rotation[k] * previous[k];
-    if (product < 0)  // q and -q are the same rotation: take that nearer to the previous rotation
+    if (product < 0)  // q and -q are the same rotation: take the one nearer to `previous`
       for (float& value : rotation) value = -value;
     put(rotations, rotation);
     previous = rotation;

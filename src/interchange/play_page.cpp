@@ -246,6 +246,7 @@ JsonValue landmarks_json(const PlayLeg& leg) {
   return {{"goals", goals}, {"places", positions}};
 }
 
+/// Writes a leg: the channels of all keys and pairs as packed arrays, everything else as numbers.
 JsonValue leg_json(const PlayLeg& leg, Packer& packer) {
   JsonValue times = JsonValue::array(), common = JsonValue::array();
   std::vector<std::vector<float>> rows;  // one per key and pair

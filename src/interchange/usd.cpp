@@ -267,12 +267,12 @@ Status UsdWriter::choose_mesh(const SurfaceFrame& surface, ActorSamples& actor) 
     std::sort(materials.begin(), materials.end());
     materials.erase(std::unique(materials.begin(), materials.end()), materials.end());
   }
-  const auto found =
+  const auto existing =
       std::find_if(actor.meshes.begin(), actor.meshes.end(), [&](const MeshSamples& mesh) {
         return mesh.is_mixed == surface.is_mixed && mesh.materials == materials;
       });
-  actor.current_mesh = static_cast<std::size_t>(found - actor.meshes.begin());
-  if (found != actor.meshes.end()) return Ok{};
+  actor.current_mesh = static_cast<std::size_t>(existing - actor.meshes.begin());
+  if (existing != actor.meshes.end()) return Ok{};
   MeshSamples& mesh = actor.meshes.emplace_back();
   mesh.is_mixed = surface.is_mixed;
   mesh.materials = materials;
@@ -459,7 +459,7 @@ std::string UsdWriter::format_material(const std::string& name, const SurfaceMat
   return text + "        }\n\n";
 }
 
-/// Appends the material of mixed surfaces, whose colours are those of the points, to `out`.
+/// Appends a material of mixed surfaces to `out`. It shows the vertex colours.
 void UsdWriter::add_mixed_material(const ActorSamples& actor, const MeshSamples& mesh,
                                    std::vector<ByteSource>& out) {
   const std::string name = "points_of_" + actor.name, path = "/morph/materials/" + name;
