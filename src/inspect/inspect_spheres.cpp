@@ -28,7 +28,7 @@ Result<Model> load_model_or_shape(const std::string& name) {
   return std::move(loaded.model);
 }
 
-/// Quality of an approximation, and the time that it took.
+/// Measures of an approximation: its quality, the seconds that it took, and the model's faults.
 struct Measurements {
   std::optional<ApproximationQuality> quality;  ///< empty unless SpheresRequest::measure is set
   double seconds = 0;
@@ -163,7 +163,7 @@ Result<SpheresResult> inspect_spheres(const SpheresRequest& request) {
         "{}: it bounds no solid, so it is taken for a shell and given thickness; --solidify "
         "fills it",
         model.name);
-  const InsideTest inside(proxy ? *proxy : model);
+  const InsideTest inside(proxy ? *proxy : model);  // clusters long triangles itself
   const Vec3 size = model.box().size();
   const float cell = result.cell =
       std::max({size.x, size.y, size.z}) / static_cast<float>(request.grid);
