@@ -73,7 +73,7 @@ struct Code {
 void assign_codes(std::span<const std::uint8_t> lengths, std::span<Code> codes) {
   std::array<std::uint32_t, 17> count{}, next{};  // by length: number of codes, and the next code
   for (const std::uint8_t length : lengths) ++count[length];
-  count[0] = 0;
+  count[0] = 0;  // symbols that do not occur have no code
   for (std::size_t b = 1; b < 16; ++b) next[b + 1] = (next[b] + count[b]) << 1;
   for (std::size_t s = 0; s < lengths.size(); ++s) {
     std::uint32_t code = lengths[s] > 0 ? next[lengths[s]]++ : 0, reversed = 0;
