@@ -45,7 +45,7 @@ Result<std::vector<Vec3>> to_scene_points(const NamedObject& object,
 Vec3 carry_by_plan(Vec3 point, const MorphPlan& plan, bool reversed) {
   const std::vector<Ball>&own_balls = reversed ? plan.to : plan.from,
         &other_balls = reversed ? plan.from : plan.to;
-  // A ball's surface is where its field alone is 1, at the radius sqrt(w / a).
+  // A Gaussian ball alone has its surface, the field 1, at the radius sqrt(w / a).
   const auto distance = [&](const Ball& ball) {
     return length(ball.center - point) - std::sqrt(std::max(ball.w, 0.0f) / ball.a);
   };
