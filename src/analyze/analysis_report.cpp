@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <string_view>
 
 #include "base/json.h"
 #include "base/text.h"
@@ -16,6 +17,7 @@ JsonValue number_or_null(std::optional<double> value) {
   return value && std::isfinite(*value) ? JsonValue(*value) : JsonValue();
 }
 
+/// Tests whether "value comparison bound" is true, as in 1 <= 2.
 bool holds(double value, const std::string& comparison, double bound) {
   if (comparison == "<=") return value <= bound;
   if (comparison == ">=") return value >= bound;
@@ -193,7 +195,9 @@ std::vector<std::string> metric_names() {
   ends.source = ends.target = tetrahedron;
   std::vector<std::string> names;
   for (const Metric& metric :
-       analyze_morph(ends, {{0, 0, tetrahedron, {}}, {1, 1, tetrahedron, {}}}).metrics)
+       analyze_morph(ends, {{/*time=*/0, /*u=*/0, tetrahedron, /*centers=*/{}},
+                            {/*time=*/1, /*u=*/1, tetrahedron, /*centers=*/{}}})
+           .metrics)
     names.push_back(metric.name);
   return names;
 }

@@ -44,7 +44,7 @@ Mesh ground_truth_at(const Mesh& source, const Similarity& truth,
   return moved;
 }
 
-/// Returns the RMS step of the balls between two frames, weighted by mass.
+/// Returns the RMS distance that the balls move between two frames, weighted by mass.
 double rms_step(const MorphFrame& a, const MorphFrame& b, const std::vector<double>& masses) {
   double sum = 0, mass = 0;
   for (std::size_t e = 0; e < a.centers.size(); ++e) {
@@ -162,6 +162,7 @@ void add_attributes(const MeasuredMorph& morph, Analysis& analysis) {
                               "share of the volume that keeps its label, beyond chance"});
 }
 
+/// Appends topology, the changes of the number of components and of the genus, and parts.
 void add_topology(Analysis& analysis) {
   const std::vector<FrameMeasures>& rows = analysis.frames;
   double changes = 0;
@@ -364,7 +365,7 @@ std::optional<Similarity> fit_similarity(const std::vector<Vec3>& from,
     moments.add(Vec3d(from[i]) - moments.from_center, Vec3d(to[i]) - moments.to_center,
                 /*weight=*/1);
   if (!(moments.from_square > 0 && moments.to_square > 0)) return std::nullopt;
-  Similarity fit{nearest_rotation(moments.covariance), moments.scale(), {}};
+  Similarity fit{nearest_rotation(moments.covariance), moments.scale(), /*shift=*/{}};
   fit.shift = moments.to_center - fit.rotation * moments.from_center * fit.scale;
   double max_error = 0;
   for (std::size_t i = 0; i < from.size(); ++i) {

@@ -1,5 +1,6 @@
-// Morph quality metrics: the ten principles of Gomes et al. 1998 (report 3.8.1) as numbers, and
-// measures of every frame's surface. Formulas: docs/method.md, Quality.
+// Morph quality metrics: the ten principles of Gomes et al. 1998 as numbers, and measures of every
+// frame's surface. Section 3.8.1 of Gilbert's report (README.md) lists the principles; formulas:
+// docs/method.md, Quality.
 //
 // A morph consists of a boundary stage, in which the source's mesh turns into the surface of its
 // balls, a volumetric stage, in which the balls move, and a boundary stage at the target. Its
@@ -68,15 +69,15 @@ struct MorphEnds {
   std::optional<TrueErrors> true_errors;  ///< errors of points whose partners are known
   std::optional<double> facing;  ///< degrees about the vertical between the plan's rotation and the
                                  ///< best fit of its pairs
-  /// Larger missed_fraction() (analyze/registration_error.h) of the two objects' surfaces.
+  /// The larger of both surfaces' missed_fraction() (analyze/registration_error.h).
   std::optional<double> registration;
-  /// Objects that move during the morph: chamfer distance by which the surface moves if only their
-  /// poses change to those of the next frame, over the larger distance by which the objects move;
-  /// the largest ratio of all frames.
+  /// If the objects move during the morph: the largest ratio, over all frames, of the chamfer
+  /// distance by which the surface moves when only the objects' poses change to those of the next
+  /// frame, to the larger distance by which the objects move. Empty if they stand still.
   std::optional<double> pose_step;
-  BoundaryMeshes leaving, arriving;  ///< stages of the source and the target; empty if not shown
-  bool source_shown = true;          ///< the object itself is shown before the first frame
-  bool target_shown = true;          ///< the object itself is shown after the last frame
+  BoundaryMeshes leaving, arriving;  ///< stages of both objects; empty if not shown
+  bool source_shown = true;          ///< whether the object itself is shown before the first frame
+  bool target_shown = true;          ///< whether the object itself is shown after the last frame
 };
 
 /// One number of the quality report.

@@ -3,8 +3,6 @@
 // Quality.
 #pragma once
 
-#include <vector>
-
 #include "analyze/analyze.h"
 
 namespace polymorph {

@@ -11,7 +11,8 @@
 namespace polymorph {
 namespace {
 
-/// Dot products of two sides of a triangle (the metric tensor), and twice its area.
+/// Dot products of two sides of a triangle (the metric tensor), and twice its area, which is the
+/// square root of the tensor's determinant.
 struct TriangleMetric {
   double aa = 0, ab = 0, bb = 0, twice_area = 0;
 };
@@ -24,12 +25,12 @@ TriangleMetric measure_triangle(MeshView mesh, const Triangle& t) {
 /// Returns the quotient K of the singular values of the map between two triangles.
 double compute_dilatation(const TriangleMetric& before, const TriangleMetric& after) {
   constexpr double kMaxDilatation = 100;
-  const double areas = before.twice_area * after.twice_area;
-  if (!(areas > 0)) return kMaxDilatation;
-  // The mean of K and 1 / K is trace(M) / (2 sqrt(det(M))) with M = inverse(before) * after, and K
-  // is mean + sqrt(mean^2 - 1).
+  const double area_product = before.twice_area * after.twice_area;
+  if (!(area_product > 0)) return kMaxDilatation;
+  // The mean of K and 1 / K is trace(M) / (2 sqrt(det(M))), where M is the inverse of the first
+  // metric tensor times the second. K is mean + sqrt(mean^2 - 1).
   const double mean =
-      (before.bb * after.aa - 2 * before.ab * after.ab + before.aa * after.bb) / (2 * areas);
+      (before.bb * after.aa - 2 * before.ab * after.ab + before.aa * after.bb) / (2 * area_product);
   const double excess = std::max(mean * mean - 1, 0.0);
   return std::clamp(mean + std::sqrt(excess), 1.0, kMaxDilatation);
 }

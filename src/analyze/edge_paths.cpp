@@ -1,6 +1,5 @@
 #include "analyze/edge_paths.h"
 
-#include <algorithm>
 #include <functional>
 #include <limits>
 #include <queue>
@@ -23,6 +22,7 @@ struct EdgeGraph {
   std::vector<Link> links;
 };
 
+/// Makes the graph by a counting sort: counts the edges at each point, then places them.
 EdgeGraph make_graph(MeshView mesh) {
   const std::vector<EdgeUse> uses = sorted_edge_uses(mesh.triangles);
   EdgeGraph graph;
@@ -43,6 +43,7 @@ EdgeGraph make_graph(MeshView mesh) {
   return graph;
 }
 
+/// Returns the length of the shortest path (Dijkstra's algorithm); infinite if there is none.
 double shortest_path_length(const EdgeGraph& graph, std::uint32_t from, std::uint32_t to) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   std::vector<double> distance(graph.first.size() - 1, kInfinity);

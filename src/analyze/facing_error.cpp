@@ -20,6 +20,7 @@ std::optional<double> rotation_about_vertical(const WeightedPairs& pairs, const 
   }
   if (!(sum > 0)) return std::nullopt;
   from_center = from_center * (1 / sum), to_center = to_center * (1 / sum);
+  // The best rotation R maximizes sum(w q . R p) = cosine * cos(angle) + sine * sin(angle).
   double cosine = 0, sine = 0, from_variance = 0, to_variance = 0;
   for (std::size_t i = 0; i < pairs.from.size(); ++i) {
     const Vec3d p = applied * (pairs.from[i] - from_center), q = pairs.to[i] - to_center;

@@ -4,12 +4,13 @@
 #include <cmath>
 #include <limits>
 
-#include "base/parallel.h"
+#include "base/box.h"
 #include "kernels/linear.h"
 #include "mesh/closest.h"
 #include "mesh/inside.h"
 #include "mesh/normals.h"
 #include "mesh/sample_surface.h"
+#include "model/model.h"
 
 namespace polymorph {
 namespace {
@@ -89,7 +90,7 @@ struct MeasuredSurface::Data {
 };
 
 MeasuredSurface::MeasuredSurface(std::span<const Vec3> points, std::span<const Triangle> triangles)
-    : data_(new Data{{}, {}, ClosestPointQuery(points, triangles)}) {
+    : data_(new Data{/*samples=*/{}, /*normals=*/{}, ClosestPointQuery(points, triangles)}) {
   const Model model = make_model(points, triangles);
   for (const SurfaceSample& sample : sample_surface(model, kSamples))
     data_->samples.push_back(sample.point);

@@ -1,15 +1,12 @@
 // Surface measures: bending energy, chamfer and Hausdorff distance, volume outside a hull.
 #pragma once
 
-#include <cstddef>
 #include <limits>
 #include <memory>
 #include <span>
 #include <vector>
 
-#include "base/box.h"
 #include "kernels/mesh.h"
-#include "model/model.h"
 
 namespace polymorph {
 

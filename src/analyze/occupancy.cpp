@@ -245,7 +245,8 @@ IsoSurface extract_iso_surface(const CellValues& values, float level) {
   // In the engine's grid x runs fastest, in CellValues z does. So x and z are swapped here, and the
   // orientation of the triangles with them.
   auto field = std::make_shared<DistanceGrid>();
-  field->grid = {{0, 0, 0}, 1, {values.cells.z, values.cells.y, values.cells.x}};
+  field->grid = {
+      /*origin=*/{0, 0, 0}, /*cell=*/1, {values.cells.z, values.cells.y, values.cells.x}};
   field->values.reserve(values.values.size());
   for (const float v : values.values) field->values.push_back(v - level);
   set_lipschitz(*field);

@@ -187,8 +187,9 @@ void add_smoothness_metrics(const MorphEnds& ends, const std::vector<MorphFrame>
     return 0.0;
   };
   std::optional<double> jump;
-  for (const auto& [stage, frame, first] : {std::tuple(&ends.leaving, &frames.front(), true),
-                                            std::tuple(&ends.arriving, &frames.back(), false)}) {
+  for (const auto& [stage, frame, first] :
+       {std::tuple(&ends.leaving, &frames.front(), /*first=*/true),
+        std::tuple(&ends.arriving, &frames.back(), /*first=*/false)}) {
     if (stage->meshes.empty()) continue;
     const BoundarySteps steps = measure_boundary_steps(*stage, frame->surface, size);
     jump = std::max(jump.value_or(0), steps.jump / size);

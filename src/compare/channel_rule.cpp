@@ -1,6 +1,5 @@
 #include "compare/channel_rule.h"
 
-#include <algorithm>
 #include <cctype>
 #include <utility>
 #include <vector>

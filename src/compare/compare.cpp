@@ -15,7 +15,7 @@
 namespace polymorph {
 namespace {
 
-/// The largest difference allowed between `a` and `b`.
+/// Returns the largest difference that the tolerance allows between `a` and `b`.
 float allowed_difference(ChannelRule rule, float a, float b, const Tolerance& tolerance) {
   switch (rule) {
     case ChannelRule::kDepth:
@@ -259,12 +259,12 @@ bool exceeds_flip_limits(const Tolerance& tolerance, const FlipStatistics& flip)
          flip.p99 > static_cast<double>(tolerance.flip_p99);
 }
 
-/// "1 pixel is", "2 pixels are".
+/// Formats a number of pixels with its verb: "1 pixel is", "2 pixels are".
 std::string pixels_are(std::size_t count) {
   return fmt::format("{} pixel{}", count, count == 1 ? " is" : "s are");
 }
 
-/// Describes FLIP; "" if it is 0 everywhere.
+/// Describes the statistics of FLIP; "" if it is 0 everywhere.
 std::string flip_text(const Comparison& result) {
   if (!result.flip || !(result.flip->max > 0)) return "";
   return fmt::format("; FLIP mean {:.3g}, 99 % below {:.3g}, worst {:.3g}", result.flip->mean,

@@ -23,10 +23,11 @@ namespace polymorph {
 struct Tolerance {
   float fail = 0.004f;
   float relative = 0.01f;
-  float fail_percent = 0.1f;  ///< share of failing pixels allowed, %
+  float fail_percent = 0.1f;  ///< percentage of pixels that may fail
   /// Largest difference of a colour (R, G, B, A), except at silhouettes, which may move by a
   /// fraction of a pixel. A silhouette is where the reference's id changes within 3 x 3 pixels.
-  /// Without ids, the limit holds everywhere. 1e30 = no limit, here and below.
+  /// Without ids, the limit holds everywhere. 1e30 stands for no limit, in this and in later
+  /// members.
   float hard_fail = 1e30f;
   float depth = 1e-3f;   ///< relative to |b|
   float normal = 0.05f;  ///< absolute, per component of the unit normal

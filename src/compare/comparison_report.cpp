@@ -1,7 +1,6 @@
 #include "compare/comparison_report.h"
 
 #include <algorithm>
-#include <cmath>
 #include <set>
 #include <string_view>
 

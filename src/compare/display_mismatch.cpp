@@ -12,7 +12,7 @@ namespace {
 struct ShownEntry {
   const char* name;
   const char* label;
-  double default_value;  ///< if the entry is absent
+  double default_value;  ///< value if the entry is absent
 };
 constexpr ShownEntry kShownEntries[] = {{kPixelAspectAttribute, "pixel aspect ratio", 1},
                                         {kOrientationAttribute, "orientation", 1},

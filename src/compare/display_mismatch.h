@@ -7,8 +7,8 @@
 
 namespace polymorph {
 
-/// Names the entries (pixel aspect ratio, orientation, gamma, ICC profile, colour space) that
-/// differ, or "".
+/// Lists the entries (pixel aspect ratio, orientation, gamma, ICC profile, colour space) that
+/// differ, with both values; "" if none does.
 std::string describe_display_mismatch(const Image& actual, const Image& reference);
 
 }  // namespace polymorph

@@ -1,7 +1,6 @@
 #include "compare/explain.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <map>
@@ -88,7 +87,7 @@ std::string explain_camera(const ImagePair& pair, const PinholeView& new_view,
 }
 
 /// Describes moved surfaces: how many of their pixels changed, the largest shift, how many pixels
-/// of the outline show another object, and the ball nearest to the largest shift. `view` is the
+/// show another object (the outline), and the ball nearest to the largest shift. `view` is the
 /// camera of the actual image, if known. Returns "" if no pixel and no digest shows a change.
 std::string explain_surface(const ImagePair& pair, const std::optional<PinholeView>& view,
                             const ChangeContext& context) {
@@ -151,8 +150,8 @@ std::string explain_surface(const ImagePair& pair, const std::optional<PinholeVi
   return text;
 }
 
-/// Describes changed albedo per object. If at least 90 % of its pixels changed, by nearly the same
-/// factor, the cause is a colour, else a texture.
+/// Describes changed albedo per object. If at least 90 % of the object's pixels changed, by nearly
+/// the same factor, the cause is its colour, else its texture.
 std::string explain_albedo(const ImagePair& pair) {
   struct Object {
     int visible = 0, changed = 0;
@@ -203,7 +202,7 @@ std::string explain_light(const ImagePair& pair) {
                             : "the edges moved: shapes, shadows or textures differ";
   // A light changes floor and background everywhere. A material changes at most 4 % (1/25) of their
   // pixels by more than 1 %. If it is a material, name the object whose colours changed most.
-  std::map<int, double> changes;    // sum of the changed colours, by id
+  std::map<int, double> changes;    // sum of the colours' differences, by id
   int background = 0, changed = 0;  // pixels of floor and background (ids 0 and 1)
   for (int i = 0; i < pair.pixels(); ++i) {
     const int id = static_cast<int>(pair.reference(i, "id"));
@@ -217,14 +216,14 @@ std::string explain_light(const ImagePair& pair) {
     changed += change > 0.01 * length_of(old_color);
   }
   if (changes.empty() || !pair.has("id") || changed * 25 > background) return "only light differs";
-  const int object = std::max_element(changes.begin(), changes.end(), [](auto& a, auto& b) {
-                       return a.second < b.second;
-                     })->first;
+  const int most_changed = std::max_element(changes.begin(), changes.end(), [](auto& a, auto& b) {
+                             return a.second < b.second;
+                           })->first;
   const std::map<int, std::string> names = object_names(pair.actual_image());
-  const auto name = names.find(object);
+  const auto name = names.find(most_changed);
   return fmt::format(
       "geometry and albedo equal, {} reflects light differently: roughness, metal or specular",
-      name != names.end() ? "`" + name->second + "`" : fmt::format("object {}", object));
+      name != names.end() ? "`" + name->second + "`" : fmt::format("object {}", most_changed));
 }
 
 /// Describes changed numbers of balls. The header entries read "cube 12, sphere 12".

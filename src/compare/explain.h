@@ -42,9 +42,9 @@ struct ChangeContext {
 
 /// Describes in one sentence what changed from `reference` to `actual`: a missing ball, the plan,
 /// the camera, the surface, colour or texture of an object, how an object reflects, light,
-/// brightness or gamma, noise, rounding. Empty if the images are equal, differ in size or channels,
-/// or contain NaN. The result is an estimate: of several changes, it names the one that
-/// explains most.
+/// brightness or gamma, noise, rounding. Empty if the images differ in size or channels or contain
+/// NaN or infinities, and if they are equal, unless `context` says that the surfaces differ. The
+/// result is an estimate: of several changes, it names the one that explains most.
 std::string explain_change(const Image& actual, const Image& reference,
                            const ChangeContext& context = {});
 

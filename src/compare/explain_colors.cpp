@@ -20,13 +20,14 @@ double lightness(const ImagePair& pair, bool of_actual, int pixel) {
 
 /// Gradients of the lightness by central differences, divided by their 99th percentile.
 std::vector<double> relative_gradients(const ImagePair& pair, bool of_actual) {
-  std::vector<double> light(static_cast<std::size_t>(pair.pixels())), gradients(light.size());
-  for (std::size_t i = 0; i < light.size(); ++i)
-    light[i] = lightness(pair, of_actual, static_cast<int>(i));
+  std::vector<double> lightnesses(static_cast<std::size_t>(pair.pixels())),
+      gradients(lightnesses.size());
+  for (std::size_t i = 0; i < lightnesses.size(); ++i)
+    lightnesses[i] = lightness(pair, of_actual, static_cast<int>(i));
   const auto at = [&](int x, int y) {
     x = std::clamp(x, 0, pair.width() - 1);
     y = std::clamp(y, 0, pair.height() - 1);
-    return light[static_cast<std::size_t>(y * pair.width() + x)];
+    return lightnesses[static_cast<std::size_t>(y * pair.width() + x)];
   };
   for (int y = 0; y < pair.height(); ++y)
     for (int x = 0; x < pair.width(); ++x)
@@ -73,6 +74,7 @@ std::string explain_curve(const ImagePair& pair) {
     const double expected = slope * x + offset;
     if (std::fabs(expected - y) > 0.01 && std::fabs(code(expected) - code(y)) > 1.5) return "";
   }
+  // A slope within 0.003 of 1 is no gamma, a factor within 0.3 % of 1 no brightness.
   if (std::fabs(slope - 1) > 0.003)
     return fmt::format("all colours follow one curve: gamma, the old ones to the power {:.3g}",
                        slope);

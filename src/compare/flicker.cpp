@@ -15,7 +15,7 @@ std::optional<Flicker> flicker_between(const Image& frame, const Image& next) {
   const std::array<int, 3> color_channels[] = {find_rgb(frame), find_rgb(next)};
   const int id_channels[] = {frame.find_channel("id"), next.find_channel("id")};
   const int motion_channels[] = {frame.find_channel("motion.X"), frame.find_channel("motion.Y")};
-  Flicker flicker;
+  Flicker flicker;  // `mean` is the sum until the end
   for (int y = 0; y < frame.height; ++y)
     for (int x = 0; x < frame.width; ++x) {
       if (id_channels[0] >= 0 && id_channels[1] >= 0 &&

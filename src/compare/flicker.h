@@ -9,8 +9,8 @@
 namespace polymorph {
 
 struct Flicker {
-  double mean = 0;         ///< mean |difference| of R, G, B in sRGB (0 to 1) over these pixels
-  std::size_t pixels = 0;  ///< number of pixels that show the same object in both frames, unmoved
+  double mean = 0;  ///< mean |difference| of R, G, B in sRGB (0 to 1) over the counted pixels
+  std::size_t pixels = 0;  ///< number of pixels that show the same object, unmoved, in both frames
 };
 
 /// Measures flicker between neighbouring frames over the pixels of equal id and zero motion. A

@@ -66,9 +66,10 @@ struct Kernel {
   std::vector<float> weights;
 };
 
+/// Makes the kernel with the weights f(-radius) .. f(radius).
 template <class F>
 Kernel sample(int radius, const F& f) {
-  Kernel kernel{radius, {}};
+  Kernel kernel{radius, /*weights=*/{}};
   for (int i = -radius; i <= radius; ++i)
     kernel.weights.push_back(static_cast<float>(f(static_cast<double>(i))));
   return kernel;
@@ -89,7 +90,7 @@ Kernel balance(Kernel kernel) {
   return kernel;
 }
 
-/// All filters of FLIP; lengths are in pixels.
+/// All filters of FLIP.
 struct Filters {
   Kernel sharp[2];     ///< one Gaussian each for lightness and red-green
   Kernel blue[2];      ///< two Gaussians for blue-yellow
@@ -98,6 +99,7 @@ struct Filters {
   Kernel edge, point;  ///< first and second derivative of `smooth`
 };
 
+/// Makes the filters for a screen of this resolution.
 Filters make_filters(double pixels_per_degree) {
   constexpr double kPi = std::numbers::pi;
   // The contrast sensitivity functions as Gaussians sqrt(pi / b) a exp(-pi^2 x^2 / b) of the
@@ -134,6 +136,7 @@ Filters make_filters(double pixels_per_degree) {
   return filters;
 }
 
+/// Size of a picture in pixels.
 struct Size {
   int width, height;
   /// Returns the index of the first pixel in row y.
@@ -143,7 +146,7 @@ struct Size {
   std::size_t pixels() const { return row(height); }
 };
 
-/// Filters each row; outside the picture its border pixels are repeated.
+/// Filters each row. Beyond the picture, the row's first and last pixels are repeated.
 Plane filter_rows(const Plane& in, Size size, const Kernel& kernel) {
   Plane out(in.size());
   parallel_ranges(size.height, kRowsPerTask, [&](std::int64_t begin, std::int64_t end) {

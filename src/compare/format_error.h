@@ -1,3 +1,4 @@
+// Exception for JSON files of a wrong form.
 #pragma once
 
 #include <stdexcept>

@@ -1,8 +1,6 @@
 #include "compare/golden.h"
 
 #include <algorithm>
-#include <cmath>
-#include <stdexcept>
 
 #include "base/file.h"
 #include "base/json.h"
@@ -244,8 +242,8 @@ Status check_suite_files(const fs::path& root, const std::string& name) {
   return make_error(ErrorCode::kInput, "{}: no suite.json in it - {}", folder.string(), rule);
 }
 
-/// Tests for files that people and their programs put beside suites. Any other entry is a suite,
-/// perhaps a broken one.
+/// Tests for the name of a file that people or their programs put beside suites. Any other entry is
+/// a suite, perhaps a broken one.
 bool is_note(const std::string& name) {
   return name.starts_with(".") || name.starts_with("README") || name.starts_with("LICENSE") ||
          name.ends_with(".md") || name.ends_with(".txt");

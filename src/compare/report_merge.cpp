@@ -3,7 +3,6 @@
 #include <map>
 #include <optional>
 #include <set>
-#include <stdexcept>
 
 #include "base/archive.h"
 #include "base/file.h"

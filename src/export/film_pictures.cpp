@@ -11,7 +11,6 @@
 #include "base/stopwatch.h"
 #include "base/worker.h"
 #include "device/device.h"
-#include "film/render_sequence.h"
 #include "image/image_io.h"
 #include "image/rgb_channels.h"
 #include "image/strip.h"
@@ -19,7 +18,6 @@
 #include "sequence/frame/frame_geometry.h"
 #include "sequence/frame/paint_origins.h"
 #include "sequence/frame/render_frame.h"
-#include "sequence/prepare/prepare.h"
 
 namespace polymorph {
 namespace {
@@ -97,7 +95,7 @@ Image resized_colors(const Image& image, int width) {
 
 Result<EngineScene> prepare_film(Scene scene, const Resources& resources) {
   scene.image.aovs = "none";  // PNGs, sheets and GIFs have no layers for AOVs
-  // Two pictures: the one that is traced, and its colours.
+  // Two pictures are in memory at once: the one that is traced, and a copy of its colours.
   PM_TRY_STATUS(check_picture_memory(scene.image, 2, resources.max_memory));
   return prepare_on_engine(scene, resources, /*pictures=*/2);
 }

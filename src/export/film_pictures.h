@@ -35,8 +35,8 @@ struct SheetSettings {
 /// 1, all if there are no more than n.
 std::vector<int> choose_evenly(const std::vector<int>& numbers, int n);
 
-/// Chooses at most n of the film's frames, the first and last included, so that successive ones
-/// differ by about the same amount. The difference of two frames is the sum, over all steps from
+/// Chooses at most n of the film's frames, the first and last included, so that the differences of
+/// successive ones are about equal. The difference of two frames is the sum, over all steps from
 /// the one to the other, of the absolute differences of the pixels. If n is 1 or no pixel changes,
 /// it chooses as choose_evenly().
 std::vector<int> choose_by_change(const Film& film, int n);

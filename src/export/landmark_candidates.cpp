@@ -19,7 +19,8 @@ struct NamedLimbs {
 /// Finds the point of the surface nearest to the end of a limb's centre line, extended beyond the
 /// limb.
 Vec3 find_tip(const Limb& limb, const ClosestPointQuery& surface) {
-  // Length of the extension over that of the line's last segment; short limbs end bluntly.
+  // Length of the extension over the length of the line's last segment. It is proportional to this
+  // length, because short limbs have blunt ends.
   constexpr double kExtension = 1.5;
   const Vec3d line_end = limb.line[kLimbStations - 1];
   const Vec3d extension = (line_end - limb.line[kLimbStations - 2]) * kExtension;

@@ -30,11 +30,11 @@ struct LegCandidates {
 std::string landmark_key(const Scene& scene, const ObjectSettings& object);
 
 /// Lists the legs that begin at an object, in order, with the tips of the limbs that find_limbs()
-/// finds. It leaves out legs that begin with the moving balls of an earlier leg. Errors (kInput):
+/// finds. Leaves out legs that begin with the moving balls of an earlier leg. Errors (kInput):
 /// an object is flattened by its scale.
 Result<std::vector<LegCandidates>> landmark_candidates(const PreparedScene& prepared);
 
-/// Returns the matched tips.
+/// Returns the pairs of matched tips with the names of their limbs.
 std::vector<NamedPair> matched_tips(const LegCandidates& leg);
 
 }  // namespace polymorph

@@ -275,7 +275,7 @@ Status check_mesh_files(const MeshFileSettings& settings, std::span<const Prepar
   if (settings.format == MeshFormat::kObj)
     PM_TRY_STATUS(check_output(library_path(settings, ".mtl"), settings.overwrite));
   if (settings.format != MeshFormat::kObj && settings.format != MeshFormat::kUsd) return Ok{};
-  std::size_t textures = 0;  // at most as many as this are written
+  std::size_t textures = 0;  // upper bound of the number of texture files
   for (const PreparedActor& actor : actors) {
     if (actor.sequence) textures += actor.sequence->max_textures * actor.sequence->files.size();
     if (actor.poses)

@@ -10,7 +10,6 @@
 #include "leg/surface_look.h"
 #include "morph/motion.h"
 #include "render/materials/materials.h"
-#include "render/rays/scene_build.h"
 
 namespace polymorph {
 namespace {
@@ -19,8 +18,8 @@ namespace {
 /// limits there is a key per frame.
 constexpr int kMinKeys = 17, kMaxKeys = 49;
 
-/// Lists the times of the frames that show the leg, and its ends. Too many times are thinned
-/// evenly, and the intervals between too few are subdivided evenly.
+/// Lists the times of a leg's keys: of the frames that show the leg, and of its ends. If there are
+/// too many, keeps every n-th; if there are too few, subdivides the intervals evenly.
 std::vector<float> list_key_times(const Timeline& timeline, int leg, float until) {
   std::vector<float> times{0};
   for (int frame = 1; frame <= timeline.count; ++frame) {
@@ -56,12 +55,12 @@ std::shared_ptr<const Regression> make_ball_map(const MorphPlan& plan, float tim
   map->sloped = true;
   const std::vector<PairMaps> maps = pair_maps(plan, time);
   for (std::size_t e = 0; e < balls.size(); ++e) {
-    map->samples.push_back({balls[e].center, 1, 1});
+    map->samples.push_back({balls[e].center, /*mass=*/1, /*deviation=*/1});
     for (const bool is_target : {false, true}) {
       const Mat3& rotation = is_target ? maps[e].to_target : maps[e].to_source;
       const Vec3 end =
           is_target ? plan.to[plan.pairs[e].to].center : plan.from[plan.pairs[e].from].center;
-      BallAttribute attribute{{end.x, end.y, end.z, 0}, {}};
+      BallAttribute attribute{{end.x, end.y, end.z, 0}, /*slope=*/{}};
       for (int i = 0; i < 3; ++i)
         attribute.slope[i] = to_float({rotation.at(i, 0), rotation.at(i, 1), rotation.at(i, 2)});
       map->values.push_back(attribute);
@@ -75,7 +74,7 @@ Result<PlayKey> make_key(const Leg& leg, float time, Engine& engine) {
   PlayKey key;
   key.time = time;
   key.progress = std::clamp(progress_at(leg.plan, time), 0.0f, 1.0f);
-  key.min_part = static_cast<float>(min_component_share(leg, key.progress));
+  key.min_component_share = static_cast<float>(min_component_share(leg, key.progress));
   const auto set_from_balls = [&]() -> Status {
     PM_TRY(const LegState state, leg_state(leg, time, engine));
     PM_TRY(const float iso, volume_iso(leg, state, engine));
@@ -153,22 +152,18 @@ PlaySpace make_play_space(const PreparedActor& actor) {
   for (std::size_t i = 0; i < actor.objects.size(); ++i) {
     const PreparedObject& object = *actor.objects[i];
     const PathPart similarity = object_similarity(shapes, i);
-    PlaySpaceObject& space_object = space.objects.emplace_back(
-        PlaySpaceObject{object.model.box(),
-                        object.distances.volume,
-                        static_cast<float>(min_mixture_component_share(object, actor.settings)),
-                        similarity.from_center,
-                        similarity.to_center,
-                        similarity.turn,
-                        similarity.log_scale,
-                        {}});
+    PlaySpaceObject& space_object = space.objects.emplace_back(PlaySpaceObject{
+        object.model.box(), object.distances.volume,
+        static_cast<float>(min_mixture_component_share(object, actor.settings)),
+        similarity.from_center, similarity.to_center, similarity.turn, similarity.log_scale,
+        /*balls=*/{}});
     for (const Vec3d center : shapes.places[i]) space_object.balls.push_back(to_float(center));
   }
   return space;
 }
 
-/// Interpolates the colour trilinearly between the grid's points; an object without a colour volume
-/// has one colour.
+/// Interpolates an object's colour trilinearly between the points of its colour grid. An object
+/// without colours on a grid has the same colour everywhere.
 Vec3 color_at(const PlayObject& object, Vec3 p) {
   return object.colors.empty() ? object.color : ColorVolume{object.color_grid, object.colors}.at(p);
 }

@@ -79,6 +79,7 @@ std::vector<Material> make_color_wheel() {
   return materials;
 }
 
+/// Makes one mesh of a copy of the unit sphere `unit` per sphere.
 Mesh copy_to_spheres(const std::vector<Sphere>& spheres, const Mesh& unit) {
   Mesh mesh;
   for (const Sphere& sphere : spheres) {
@@ -111,11 +112,11 @@ Status write_spheres_picture(const std::filesystem::path& path, const Model& mod
   scene.camera = make_camera(CameraSettings{}, model.points, width, width);
   scene.ground.height = scene.bounds.low.y - 0.02f * scene.bounds.diagonal();
 
-  // Make the spheres. More than this are a few pixels large each; with cut faces they would take
-  // gigabytes.
+  // Make the spheres. If there are more than kManySpheres, each is only a few pixels large, and its
+  // faces are not cut, which would take gigabytes.
   constexpr std::size_t kManySpheres = 65536;
   const Mesh balls =
-      copy_to_spheres(spheres, make_unit_sphere(spheres.size() > kManySpheres ? 0 : 2));
+      copy_to_spheres(spheres, make_unit_sphere(/*cuts=*/spheres.size() > kManySpheres ? 0 : 2));
   const std::vector<Material> colors = make_color_wheel();
   std::vector<std::uint32_t> ball_colors;
   const std::size_t triangles_per_sphere =

@@ -135,8 +135,8 @@ void add_looks(const PreparedActor& actor, std::span<const Layer> layers, float 
   }
 }
 
-/// Tests whether any edge of the model is sharp: whether a corner's normal differs from its point's
-/// normal in `smooth_normals`.
+/// Tests whether any edge of the model is sharp: whether a corner's normal differs by more than a
+/// degree from its point's normal in `smooth_normals`.
 bool has_creases(const Model& model, std::span<const Vec3> smooth_normals) {
   constexpr float kMinCosine = 0.9998f;  // cosine of about one degree
   for (std::size_t c = 0; c < model.corner_normals.size(); ++c)
@@ -165,8 +165,8 @@ SurfaceFrame model_frame(const PreparedActor& actor, const ActorGeometry& geomet
   return frame;
 }
 
-/// Changes the velocities, which are displacements per frame here, so that they end on the surface
-/// of the next frame.
+/// Changes the velocities, which are still displacements per frame, so that the displaced points
+/// lie on the surface of the next frame.
 void move_ends_onto(const Mesh& next, SurfaceFrame& frame) {
   if (next.triangles.empty()) return;
   std::vector<Vec3> ends(frame.positions.size());

@@ -1,7 +1,6 @@
 #include "image/blue_noise.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 
 #include "base/exact_math.h"
@@ -43,7 +42,7 @@ struct Pattern {
   std::size_t find_largest_void() const { return find_extreme(0); }
 
  private:
-  /// Finds the member of largest energy (`member` 1), or the other pixel of smallest energy (0).
+  /// Finds the member of largest energy (`member` is 1), or the non-member of smallest energy (0).
   std::size_t find_extreme(char member) const {
     std::size_t best = kCount;
     for (std::size_t i = 0; i < kCount; ++i) {
@@ -60,6 +59,7 @@ Pattern make_initial_pattern() {
   Pattern pattern;
   for (std::size_t n = 0; n < kCount / 10; ++n) {
     const std::size_t pixel = random_below(kCount, /*seed=*/1, /*stream=*/0, n);
+    // A pixel that is drawn twice is replaced.
     pattern.flip(pattern.set[pixel] ? pattern.find_largest_void() : pixel);
   }
   // Move the pixel of the tightest cluster into the largest void, until that void is where the

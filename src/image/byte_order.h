@@ -15,7 +15,7 @@ inline std::uint64_t big_endian(std::string_view bytes, std::size_t at, std::siz
   for (const char c : bytes.substr(at, size)) value = value << 8 | static_cast<unsigned char>(c);
   return value;
 }
-/// Reads such an integer, the least significant byte first.
+/// Reads an integer as big_endian() does, but the least significant byte first.
 inline std::uint64_t little_endian(std::string_view bytes, std::size_t at, std::size_t size) {
   if (at > bytes.size() || size > bytes.size() - at) return 0;
   std::uint64_t value = 0;

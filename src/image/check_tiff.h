@@ -17,6 +17,7 @@ Status check_tiff(std::string_view bytes);
 struct TiffSize {
   double width = 0, height = 0, channels = 1;
 };
+/// Reads the size from the first directory of a file with a TIFF's magic.
 TiffSize tiff_size(std::string_view bytes);
 
 }  // namespace polymorph

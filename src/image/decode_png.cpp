@@ -24,7 +24,7 @@ struct PngImage : PmOiioImage {
   PngImage() : PmOiioImage{} {}
   std::string error_text;
   std::vector<png_byte> samples;    ///< samples as libpng delivers them
-  std::vector<png_bytep> rows;      ///< the first code of each row
+  std::vector<png_bytep> rows;      ///< the first byte of each row
   std::unique_ptr<float[]> values;  ///< samples in [0, 1]
   std::vector<std::string> texts;   ///< keywords and texts, alternating
   std::vector<PmOiioAttribute> entries;
@@ -102,6 +102,7 @@ std::string coding_points(png_structp png, png_infop info) {
   }
   return "";
 }
+/// Coding points of sRGB: primaries of Rec. 709, its curve, no matrix, full range.
 constexpr const char* kSrgbCodingPoints = "cICP 1 13 0 1";
 
 /// Adds the coding points, else the ICC profile, else the primaries, unless the file states sRGB.
@@ -142,7 +143,7 @@ void add_display_entries(png_structp png, png_infop info, PngImage& image) {
   double gamma = 0;
   int intent = 0;
   if (coding_points(png, info).empty() && png_get_sRGB(png, info, &intent) == 0 &&
-      png_get_gAMA(png, info, &gamma) != 0 && std::abs(gamma - 1 / 2.2) > 1e-3)
+      png_get_gAMA(png, info, &gamma) != 0 && std::abs(gamma - /*sRGB=*/1 / 2.2) > 1e-3)
     add(kGammaAttribute, PM_OIIO_FLOAT, 0, static_cast<float>(gamma));
   add_color_description(png, info, image);
   const float aspect = png_get_pixel_aspect_ratio(png, info);
@@ -195,7 +196,8 @@ void convert_codes(PngImage& image, std::size_t count, float max_code) {
       kGrain);
 }
 
-/// Decodes into the members that own memory, `codes`, and the size; decode_png() sets the rest.
+/// Decodes the file. Sets the size, `codes`, `failure` and the members that own memory;
+/// decode_png() sets the rest.
 void decode(const std::string& bytes, std::uint64_t max_bytes, PngImage& image) {
   image.failure = PM_OIIO_BROKEN;  // until all is decoded
   PngSource reader{bytes};
@@ -250,8 +252,8 @@ DecodedImage decode_png(const std::string& bytes, std::uint64_t max_bytes) {
   image->integer_format = 1;
   image->straight_alpha = 1;
   for (std::size_t i = 0; i + 1 < image->texts.size(); i += 2)
-    image->entries.push_back(
-        {image->texts[i].c_str(), PM_OIIO_STRING, image->texts[i + 1].c_str(), 0, 0});
+    image->entries.push_back({image->texts[i].c_str(), PM_OIIO_STRING, image->texts[i + 1].c_str(),
+                              /*integer=*/0, /*real=*/0});
   image->attribute_count = static_cast<int>(image->entries.size());
   image->attributes = image->entries.data();
   return result;

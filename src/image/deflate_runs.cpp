@@ -30,7 +30,7 @@ void find_code_lengths(std::span<const std::uint32_t> counts, int limit,
   for (std::size_t s = 0; s < counts.size(); ++s)
     if (counts[s] > 0) leaves.emplace_back(counts[s], static_cast<int>(s));
   std::fill(lengths.begin(), lengths.end(), std::uint8_t{0});
-  if (leaves.size() == 1) {
+  if (leaves.size() == 1) {  // a tree needs two leaves
     lengths[static_cast<std::size_t>(leaves[0].second)] = 1;
     return;
   }
@@ -73,7 +73,7 @@ struct Code {
 void assign_codes(std::span<const std::uint8_t> lengths, std::span<Code> codes) {
   std::array<std::uint32_t, 17> count{}, next{};  // by length: number of codes, and the next code
   for (const std::uint8_t length : lengths) ++count[length];
-  count[0] = 0;
+  count[0] = 0;  // symbols that do not occur have no code
   for (std::size_t b = 1; b < 16; ++b) next[b + 1] = (next[b] + count[b]) << 1;
   for (std::size_t s = 0; s < lengths.size(); ++s) {
     std::uint32_t code = lengths[s] > 0 ? next[lengths[s]]++ : 0, reversed = 0;
@@ -190,6 +190,7 @@ void put_lengths(std::span<const std::uint8_t> lengths, BitWriter& writer) {
   ++counts[1];  // the length of the distance's code
   find_code_lengths(counts, kMaxCodeLengthBits, code_length_lengths);
   assign_codes(code_length_lengths, codes);
+  // Numbers of codes: for literals and lengths, for distances, for code lengths.
   writer.put(static_cast<std::uint64_t>(lengths.size() - 257), 5);
   writer.put(0, 5);  // one distance code
   writer.put(std::size(kOrder) - 4, 4);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <optional>
 
 #include "base/parallel.h"
 #include "image/blue_noise.h"
@@ -91,7 +90,7 @@ Frame draw_changes(const std::vector<Rgb8>& colors, const PaletteMap& map, bool 
       }
   // A frame without changes becomes one transparent pixel, because its duration must be stored.
   if (left >= right) return {0, 0, 1, 1, {screen.transparent}};
-  Frame frame{left, top, right - left, bottom - top, {}};
+  Frame frame{left, top, right - left, bottom - top, /*indices=*/{}};
   for (int y = top; y < bottom; ++y) {
     const auto row = indices.begin() + (static_cast<std::ptrdiff_t>(y) * screen.width);
     frame.indices.insert(frame.indices.end(), row + left, row + right);
@@ -113,7 +112,7 @@ class GifWriter {
   GifWriter(std::string& bytes, int width, int height, const std::vector<Rgb8>& palette) {
     gif_ = EGifOpen(&bytes, append, &error_);
     if (!gif_) return;
-    EGifSetGifVersion(gif_, true);
+    EGifSetGifVersion(gif_, /*gif89=*/true);
     GifColorType colors[256] = {};
     for (std::size_t i = 0; i < palette.size(); ++i)
       colors[i] = {palette[i][0], palette[i][1], palette[i][2]};
@@ -125,8 +124,8 @@ class GifWriter {
     // Netscape's looping extension: block 1, then the number of loops in two bytes, 0 = for ever.
     const GifByteType forever[3] = {1, 0, 0};
     check(EGifPutExtensionLeader(gif_, APPLICATION_EXT_FUNC_CODE));
-    check(EGifPutExtensionBlock(gif_, 11, "NETSCAPE2.0"));
-    check(EGifPutExtensionBlock(gif_, 3, forever));
+    check(EGifPutExtensionBlock(gif_, /*ExtLen=*/11, "NETSCAPE2.0"));
+    check(EGifPutExtensionBlock(gif_, /*ExtLen=*/3, forever));
     check(EGifPutExtensionTrailer(gif_));
   }
   ~GifWriter() { (void)close(); }
@@ -180,14 +179,16 @@ Result<std::string> encode_gif(std::span<const Image> frames, float frames_per_s
     return make_error(ErrorCode::kInput, "a GIF cannot be {} x {} pixels (at most 65535 per side)",
                       frames[0].width, frames[0].height);
   PM_CHECK(frames_per_second > 0);
+  // Choose a palette for all frames.
   ColorHistogram histogram;
   for (const Image& frame : frames) histogram.add(encode_colors(frame));
-  // One entry is left for the transparent colour.
+  // One of the 256 entries is left for the transparent colour.
   const std::vector<Rgb8> palette = choose_palette(histogram, 255);
   const PaletteMap map(palette);
   const auto transparent = static_cast<std::uint8_t>(palette.size());
   const std::size_t pixels =
       static_cast<std::size_t>(frames[0].width) * static_cast<std::size_t>(frames[0].height);
+  // Encode each frame as the changes of the screen that the frames before it have drawn.
   Screen screen{frames[0].width, frames[0].height, transparent, std::vector<Rgb8>(pixels),
                 std::vector<std::uint8_t>(pixels)};
   std::string bytes;

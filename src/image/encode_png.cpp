@@ -2,7 +2,6 @@
 #include <zlib.h>
 
 #include <algorithm>
-#include <cmath>
 #include <span>
 
 #include "base/exact_math.h"
@@ -245,9 +244,9 @@ Result<std::string> encode_png(const Image& image, const PngSettings& settings) 
                              static_cast<std::size_t>(layout.samples()) *
                              static_cast<std::size_t>(settings.bits / 8);
   std::vector<std::uint8_t> bytes(stride * static_cast<std::size_t>(image.height));
-  Codes codes{
-      image.width, image.height, settings.bits, layout.samples(), {}, make_texts(image.attributes),
-      {}};
+  Codes codes{image.width,      image.height, settings.bits,
+              layout.samples(), /*rows=*/{},  make_texts(image.attributes),
+              /*packed=*/{}};
   for (std::size_t y = 0; y < static_cast<std::size_t>(image.height); ++y)
     codes.rows.push_back(&bytes[y * stride]);
   const Encoder encoder{image, layout, settings,
@@ -255,7 +254,8 @@ Result<std::string> encode_png(const Image& image, const PngSettings& settings) 
                         SrgbQuantizer::instance()};
   parallel_for(
       image.height,
-      [&](std::int64_t y) { encoder.encode_row(y, codes.rows[static_cast<std::size_t>(y)]); }, 16);
+      [&](std::int64_t y) { encoder.encode_row(y, codes.rows[static_cast<std::size_t>(y)]); },
+      /*grain=*/16);
   // Compress the rows by deflate_runs(), where libpng's effort plays no role. For small files,
   // libpng also tries kSmallEfforts.
   pack_rows(codes);

@@ -43,7 +43,7 @@ std::optional<std::vector<Attribute>> parse_header(std::string_view bytes) {
 std::optional<ExrEntry> take_exr_entry(std::string_view bytes, std::size_t& at) {
   const std::size_t name_end = bytes.find('\0', at);
   if (name_end == std::string_view::npos) return std::nullopt;
-  ExrEntry entry{bytes.substr(at, name_end - at), {}, name_end + 1, 0};
+  ExrEntry entry{bytes.substr(at, name_end - at), /*type=*/{}, name_end + 1, /*size=*/0};
   // The type ends in a zero byte; 4 bytes of size follow, then the value.
   if (!entry.name.empty()) {
     const std::size_t type_end = bytes.find('\0', name_end + 1);

@@ -10,8 +10,8 @@
 
 namespace polymorph {
 
-/// A header entry of an EXR, e.g. ("polymorph/frame", 17). Entries are written in order, so files
-/// are reproducible.
+/// A header entry of an image file, as in ("polymorph/frame", 17). Entries are written in order, so
+/// files are reproducible.
 struct Attribute {
   std::string name;
   std::variant<std::string, int, float> value;

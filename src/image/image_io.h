@@ -38,8 +38,8 @@ inline constexpr const char* kColorInteropAttribute = "colorInteropID";
 /// String: comma-separated names of the channels that hold whole numbers, such as ids (OpenEXR's
 /// UINT).
 inline constexpr const char* kIdChannelsAttribute = "idChannels";
-/// Prefix of names such as "part 1 of 2". These strings hold name, size and channels of each part
-/// of a multi-part OpenEXR file.
+/// Prefix of the entries "part 1 of 2", "part 2 of 2" and so on: strings that state the name, size
+/// and channels of each part of a multi-part OpenEXR file.
 inline constexpr const char* kPartAttribute = "part ";
 
 struct ReadImageSettings {
@@ -101,7 +101,7 @@ struct ExrSettings {
 Result<std::string> encode_exr(const Image& image, const ExrSettings& settings = {});
 
 /// Trade-off between time and size. kFast: some milliseconds for a 640x480 frame. kSmall: the
-/// smallest of several slow attempts, for pictures that are kept (contact sheets).
+/// smallest of several slower encodings, for pictures that are kept (contact sheets).
 enum class PngEffort { kFast, kSmall };
 
 struct PngSettings {

@@ -34,7 +34,7 @@ class Child {
     posix_spawn_file_actions_adddup2(&actions, pipe_ends[0], 0);
     posix_spawn_file_actions_addopen(&actions, 1, "/dev/null", O_WRONLY, 0);
     posix_spawn_file_actions_addopen(&actions, 2, messages.c_str(), O_WRONLY | O_CREAT | O_TRUNC,
-                                     0600);
+                                     /*mode=*/0600);
     std::vector<char*> argv;
     for (std::string& argument : arguments) argv.push_back(argument.data());
     argv.push_back(nullptr);
@@ -83,6 +83,7 @@ std::string to_rgb_bytes(const Image& image) {
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x)
       for (const int c : color)
+        // A frame without G or B repeats its first channel.
         bytes.push_back(static_cast<char>(quantizer(image.at(x, y, std::max(c, 0)))));
   return bytes;
 }
@@ -119,6 +120,7 @@ Status write_mp4(const fs::path& path, std::span<const Image> frames, float fram
   struct sigaction ignore = {}, previous = {};
   ignore.sa_handler = SIG_IGN;
   sigaction(SIGPIPE, &ignore, &previous);
+  // Run ffmpeg, and send it the frames as raw pixels.
   bool succeeded = true;
   {
     Child child(program,

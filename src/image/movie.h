@@ -3,7 +3,6 @@
 
 #include <filesystem>
 #include <span>
-#include <string>
 
 #include "base/result.h"
 #include "image/image.h"

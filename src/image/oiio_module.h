@@ -48,11 +48,11 @@ struct PmOiioImage {
   /// picture is the first. Counting ends at a thousand pictures, or when together they exceed the
   /// request's max_bytes.
   int picture_count;
-  int count_is_cut;          ///< 1: the file may have more than picture_count
-  int part_count;            ///< number of parts of a multi-part OpenEXR file, else 0
-  const char* const* parts;  ///< name, size and channels of each part
-  const unsigned char* ids;  ///< flags per channel, 1: whole numbers that are not scaled (UINT);
-                             ///< null: all flags are 0
+  int count_is_cut;                    ///< 1: the file may have more than picture_count
+  int part_count;                      ///< number of parts of a multi-part OpenEXR file, else 0
+  const char* const* parts;            ///< name, size and channels of each part
+  const unsigned char* is_id_channel;  ///< per channel, 1: whole numbers that are not scaled
+                                       ///< (UINT); null: 0 for all channels
   int attribute_count;
   const PmOiioAttribute* attributes;
 };

@@ -1,7 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <memory>
-#include <numeric>
 
 #include "base/file.h"
 #include "base/memory.h"
@@ -65,7 +63,8 @@ struct PixelRule {
   std::size_t colors;              ///< number of leading R, G, B channels
   int alpha;                       ///< index of A, or -1
   bool curved;                     ///< colours carry the sRGB curve
-  bool straight_in, straight_out;  ///< colours are not premultiplied by alpha
+  bool straight_in, straight_out;  ///< whether the file's and the result's colours are not
+                                   ///< premultiplied by alpha
 };
 
 /// Converts row y of an image with floats.
@@ -151,10 +150,11 @@ Image to_image(const PmOiioImage& decoded, const ReadImageSettings& settings) {
     image.attributes.push_back(std::move(to));
   }
   // Add the header entries that describe ids, parts and pictures.
-  std::string ids;
+  std::string id_channels;
   for (const Source& source : sources)
-    if (decoded.ids && decoded.ids[source.channel]) ids += (ids.empty() ? "" : ",") + source.name;
-  if (!ids.empty()) image.attributes.push_back({kIdChannelsAttribute, ids});
+    if (decoded.is_id_channel && decoded.is_id_channel[source.channel])
+      id_channels += (id_channels.empty() ? "" : ",") + source.name;
+  if (!id_channels.empty()) image.attributes.push_back({kIdChannelsAttribute, id_channels});
   for (int i = 0; i < decoded.part_count; ++i)
     image.attributes.push_back(
         {fmt::format("{}{} of {}", kPartAttribute, i + 1, decoded.part_count),

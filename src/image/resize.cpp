@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 #include <vector>
 
 #include "base/parallel.h"
@@ -21,7 +20,7 @@ std::vector<Span> make_box_filter(int source_size, int target_size) {
   for (int i = 0; i < target_size; ++i) {
     const double begin = i * scale, end = std::min<double>((i + 1) * scale, source_size);
     const int first = std::min(static_cast<int>(begin), source_size - 1);
-    Span span{static_cast<std::size_t>(first), {}};
+    Span span{static_cast<std::size_t>(first), /*weights=*/{}};
     for (int s = first; s < source_size && s < end; ++s) {
       const double overlap = std::min<double>(end, s + 1) - std::max<double>(begin, s);
       // Rounding may give a tiny overlap to a sample beyond the end. It is left out.

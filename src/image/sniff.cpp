@@ -201,6 +201,7 @@ std::string detect_format(std::string_view bytes) {
   for (const Magic& magic : kReadable)
     if (bytes.starts_with(magic.bytes)) return magic.name;
   if (bytes.starts_with("RIFF"sv) && bytes.substr(0, 12).ends_with("WEBP"sv)) return "webp";
+  // P1 to P6, PF and Pf are formats of Netpbm.
   if (bytes.size() > 2 && bytes[0] == 'P' &&
       std::string_view("123456Ff").find(bytes[1]) != std::string_view::npos &&
       std::isspace(static_cast<unsigned char>(bytes[2])))

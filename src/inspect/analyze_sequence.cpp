@@ -26,8 +26,8 @@ Error stopped_error() { return {ErrorCode::kResumable, "stopped before the last 
 
 Mesh mesh_of(const Model& model) { return {model.points, point_normals(model), model.triangles}; }
 
-/// Measures the label purity of the plan and of a random plan (principle 1). Leaves both empty
-/// unless each object has several labels.
+/// Measures the label purity of the plan and of a random plan: MorphEnds::purity and chance. Leaves
+/// both empty unless each object has several labels.
 void measure_labels(const MorphPlan& plan, MorphEnds& ends) {
   std::map<std::int32_t, double> from_masses, to_masses;
   double same_label = 0;
@@ -114,7 +114,7 @@ Result<std::optional<double>> measure_registration(const Leg& leg, const Mesh& f
   return largest;
 }
 
-/// An actor's leg of index `leg` in the frames of its volumetric stage.
+/// An actor's leg, whose index is `leg`, in the frames of its volumetric stage.
 class LegFrames {
  public:
   LegFrames(const PreparedActor& actor, std::size_t leg)
@@ -124,7 +124,7 @@ class LegFrames {
   int frame_at(float fraction) const {
     const Timeline& timeline = actor_.timeline;
     const LegTiming& timing = timeline.legs[static_cast<std::size_t>(leg_)];
-    // The volumetric stage, shares[2], follows two stages of the source (Stage).
+    // The volumetric stage, with the fraction shares[2] of the leg's time, is the third (Stage).
     const float leg_fraction = timing.shares[0] + timing.shares[1] + fraction * timing.shares[2];
     const auto step =
         static_cast<int>(std::lround(leg_fraction * static_cast<float>(timing.steps)));
@@ -215,7 +215,7 @@ Result<BoundaryMeshes> sample_boundary_stage(const Leg& leg, const LegTiming& ti
   BoundaryMeshes stage;
   if (!(leaving ? timing.starts_at_model : timing.ends_at_model)) return stage;
   constexpr int kMinSteps = 4;
-  // Durations of kBoundaryOut or kBoundaryIn over that of kVolume.
+  // Duration of the boundary stage (kBoundaryOut or kBoundaryIn) over that of the volumetric stage.
   const float time_ratio = timing.shares[leaving ? 1 : 3] / timing.shares[2];
   const int proportional = static_cast<int>(std::lround(static_cast<float>(count) * time_ratio));
   const int steps = time_ratio > 0 ? std::max(kMinSteps, proportional) : 0;
@@ -338,7 +338,8 @@ Result<std::vector<Analysis>> analyze_scene(const PreparedScene& prepared, Engin
         // The map is that of one pair of poses, so the last surface must be in the same poses.
         const Mesh& target_surface = samples.back().surface;
         PM_TRY(const LegSurface arrived,
-               first == last ? LegSurface{{}, 1, target_surface, {}} : leg_surface(leg, 1, engine));
+               first == last ? LegSurface{/*state=*/{}, /*iso=*/1, target_surface, /*field=*/{}}
+                             : leg_surface(leg, 1, engine));
         PM_TRY(ends.registration,
                measure_registration(leg, samples.front().surface, arrived.mesh, engine));
         if (truth) {

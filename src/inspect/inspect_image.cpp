@@ -15,7 +15,7 @@ struct ChannelRange {
 };
 
 ChannelRange measure_range(const Image& image, std::size_t channel) {
-  ChannelRange range{INFINITY, -INFINITY, 0, 0};
+  ChannelRange range{/*low=*/INFINITY, /*high=*/-INFINITY, /*mean=*/0, /*not_finite=*/0};
   std::size_t count = 0;
   for (std::size_t i = channel; i < image.pixels.size(); i += image.channel_count()) {
     const float v = image.pixels[i];

@@ -66,7 +66,8 @@ Result<Inspection> inspect_model(const std::string& file) {
     out.text += fmt::format(
         "  {}, {}: {} poses, {} per second\n", plural(animation.names.size(), "animation"),
         fmt::join(animation.names, ", "), animation.pose_count(), animation.poses_per_second);
-    if (const std::string others = describe_other_animations({file, /*animation=*/{}, 1});
+    if (const std::string others =
+            describe_other_animations({file, /*animation=*/{}, /*number=*/1});
         !others.empty())
       out.text += fmt::format("  {}\n", others);
   }

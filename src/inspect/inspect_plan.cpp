@@ -9,7 +9,7 @@ namespace polymorph {
 namespace {
 
 /// Returns the fraction of an object's mass in matched limbs. `masses` has one value per ball,
-/// `limbs` the matched limb of each ball, or kNoLabel; it may be empty.
+/// `limbs` the matched limb of each ball, or kNoLabel. If `limbs` is empty, no ball is in a limb.
 double mass_share_in_limbs(const std::vector<double>& masses,
                            const std::vector<std::int32_t>& limbs) {
   double matched = 0, all = 0;
@@ -20,7 +20,7 @@ double mass_share_in_limbs(const std::vector<double>& masses,
   return all > 0 ? matched / all : 0;
 }
 
-/// Describes a leg's plan as JSON. Pairs in lists are of the source and the target.
+/// Describes a leg's plan as JSON. A list of two has a value of the source, then one of the target.
 JsonValue describe_leg(const Leg& leg) {
   const MorphPlan& plan = leg.plan;
   constexpr double kDegreesPerRadian = 180 / exact::kPi;
@@ -41,7 +41,7 @@ JsonValue describe_leg(const Leg& leg) {
       {"landmarks", std::move(landmarks)}};
 }
 
-/// Says whether the plan uses limbs, and how much of both objects is in matched limbs.
+/// Describes whether the plan uses limbs, and which fraction of each object is in matched limbs.
 std::string describe_certainty(const MorphPlan& plan) {
   if (plan.limb_names.empty())
     return "made without limbs: they are off, not certain, or the objects are nearly alike";

@@ -1,7 +1,6 @@
 #include "inspect/inspect_spheres.h"
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 
 #include "base/activity.h"
@@ -24,12 +23,12 @@ namespace {
 
 Result<Model> load_model_or_shape(const std::string& name) {
   if (is_shape_name(name)) return make_shape(name);
-  PM_TRY(LoadedModel loaded, load_model(name, {}));
+  PM_TRY(LoadedModel loaded, load_model(name, /*settings=*/{}));
   for (const std::string& warning : loaded.warnings) log_warning("{}", warning);
   return std::move(loaded.model);
 }
 
-/// Quality of an approximation, and the time that it took.
+/// Measures of an approximation: its quality, the seconds that it took, and the model's faults.
 struct Measurements {
   std::optional<ApproximationQuality> quality;  ///< empty unless SpheresRequest::measure is set
   double seconds = 0;
@@ -164,7 +163,7 @@ Result<SpheresResult> inspect_spheres(const SpheresRequest& request) {
         "{}: it bounds no solid, so it is taken for a shell and given thickness; --solidify "
         "fills it",
         model.name);
-  const InsideTest inside(proxy ? *proxy : model);
+  const InsideTest inside(proxy ? *proxy : model);  // clusters long triangles itself
   const Vec3 size = model.box().size();
   const float cell = result.cell =
       std::max({size.x, size.y, size.z}) / static_cast<float>(request.grid);
@@ -202,7 +201,8 @@ Status write_spheres(const SpheresRequest& request, const SpheresResult& result)
                       ? write_file(request.write_spheres, tree_json(result.approximation.tree))
                       : write_mesh(request.write_spheres, make_sphere_mesh(spheres)));
   if (request.write_surface.empty() && request.output.empty()) return Ok{};
-  PM_TRY(const Mesh surface, extract_surface(*make_cpu_engine(), result.balls, result.cell, {}));
+  PM_TRY(const Mesh surface,
+         extract_surface(*make_cpu_engine(), result.balls, result.cell, /*settings=*/{}));
   if (!request.write_surface.empty()) PM_TRY_STATUS(write_mesh(request.write_surface, surface));
   if (!request.output.empty())
     PM_TRY_STATUS(

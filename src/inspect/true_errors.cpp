@@ -12,7 +12,6 @@
 #include "mesh/normals.h"
 #include "model/load/load_model.h"
 #include "model/shapes.h"
-#include "model/transform.h"
 
 namespace polymorph {
 namespace {
@@ -46,6 +45,7 @@ Result<std::vector<Vec3>> to_scene_points(const NamedObject& object,
 Vec3 carry_by_plan(Vec3 point, const MorphPlan& plan, bool reversed) {
   const std::vector<Ball>&own_balls = reversed ? plan.to : plan.from,
         &other_balls = reversed ? plan.from : plan.to;
+  // A Gaussian ball alone has its surface, the field 1, at the radius sqrt(w / a).
   const auto distance = [&](const Ball& ball) {
     return length(ball.center - point) - std::sqrt(std::max(ball.w, 0.0f) / ball.a);
   };
@@ -98,7 +98,7 @@ std::vector<double> geodesic_errors(const std::vector<Vec3>& arrived,
 std::optional<double> remaining_rotation(const std::vector<Vec3>& from, const std::vector<Vec3>& to,
                                          const Mat3& applied) {
   const std::vector<Vec3d> p = to_double(from), q = to_double(to);
-  const std::optional<double> angle = rotation_about_vertical({p, q, {}}, applied);
+  const std::optional<double> angle = rotation_about_vertical({p, q, /*weights=*/{}}, applied);
   return angle ? std::optional(std::abs(*angle)) : std::nullopt;
 }
 

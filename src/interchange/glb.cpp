@@ -28,7 +28,7 @@ constexpr int kByte = 5120, kUnsignedByte = 5121, kUnsignedShort = 5123, kUnsign
               kFloat = 5126;
 constexpr int kVertexBuffer = 34962, kIndexBuffer = 34963;
 
-/// Sorts the members of all objects by name, as in files of earlier versions.
+/// Sorts the members of all JSON objects by name, as in files of earlier versions.
 void sort_members(JsonValue& value) {
   for (JsonValue& item : value.items) sort_members(item);
   for (JsonMember& member : value.members) sort_members(member.value);
@@ -71,9 +71,9 @@ Rotation camera_rotation(const FrameCamera& camera) {
   return rotation;
 }
 
-/// A mesh of an actor in the file, and the frames in which it is visible.
+/// A mesh of the file, its actor, and the frames in which it is visible.
 struct MeshSpan {
-  std::size_t mesh = 0, actor = 0;  ///< indices of the file's meshes and of the actors
+  std::size_t mesh = 0, actor = 0;  ///< indices into the file's meshes and into the actors
   int first = 0, end = 0;           ///< frames [first, end)
   Vec3 origin;                      ///< position = origin + scale * (quantized position in [0, 1])
   float scale = 1;
@@ -119,9 +119,9 @@ class GlbWriter : public SurfaceWriter {
   std::vector<std::size_t> add_materials(const SurfaceFrame& frame);
   Status add_mesh(const SurfaceFrame& frame, const std::string& name, MeshSpan& span);
   Result<std::size_t> add_view(const std::string& bytes, int target, std::size_t stride = 0);
-  /// Contents of an accessor, in glTF's terms.
+  /// Type of an accessor's elements, in glTF's terms.
   struct Elements {
-    int component;     ///< component type, as kFloat
+    int component;     ///< component type: kFloat, kByte, ...
     const char* type;  ///< "SCALAR", "VEC2", "VEC3" or "VEC4"
     std::size_t count;
     bool normalized = false;
@@ -194,6 +194,7 @@ Result<std::size_t> GlbWriter::add_view(const std::string& bytes, int target, st
   return views_.size() - 1;
 }
 
+/// Adds a buffer view and an accessor to all its elements. Returns the accessor's index.
 Result<std::size_t> GlbWriter::add_accessor(const std::string& bytes, int target,
                                             const Elements& elements) {
   const auto& [component, type, count, normalized, stride] = elements;
@@ -224,7 +225,8 @@ Vec2 uv_at(const SurfaceFrame& frame, const SplitSurface& split, std::size_t ver
   return {uv.x, 1 - uv.y};
 }
 
-/// Adds the vertex attributes as floats.
+/// Adds the vertex attributes as floats. Colours, which multiply the material's in glTF, are only
+/// for mixtures, whose material is white.
 Status GlbWriter::add_vertices(const SurfaceFrame& frame, const SplitSurface& split,
                                JsonValue& attributes) {
   const std::size_t count = split.position_of.size();
@@ -252,13 +254,14 @@ Status GlbWriter::add_vertices(const SurfaceFrame& frame, const SplitSurface& sp
         "COLOR_0", "VEC3", serialize(split, [&](std::string& bytes, std::size_t, std::uint32_t p) {
           put(bytes, frame.colors[p]);
         })));
+  // Mixtures have no texture, but a constant topology keeps its texture coordinates.
   if ((!frame.is_mixed || sequence_.constant_topology) && !frame.corner_uvs.empty())
     PM_TRY_STATUS(
         add_attribute("TEXCOORD_0", "VEC2",
                       serialize(split, [&](std::string& bytes, std::size_t v, std::uint32_t) {
                         put(bytes, uv_at(frame, split, v));
                       })));
-  // There is only one custom attribute, because Blender 5.0 confuses the values of two.
+  // Labels are left out: Blender 5.0 confuses the values of two custom attributes.
   if (!frame.velocities.empty())
     PM_TRY_STATUS(
         add_attribute("_VELOCITY", "VEC3",
@@ -289,7 +292,7 @@ Status GlbWriter::add_quantized(const SurfaceFrame& frame, const SplitSurface& s
   };
   std::array<std::uint16_t, 3> lowest{65535, 65535, 65535}, highest{};
   PM_TRY_STATUS(
-      add_attribute("POSITION", "VEC3", kUnsignedShort, 8,
+      add_attribute("POSITION", "VEC3", kUnsignedShort, /*stride=*/8,
                     serialize(split, [&](std::string& bytes, std::size_t, std::uint32_t p) {
                       const Vec3 scaled = (frame.positions[p] - low) / span.scale;
                       const float components[3] = {scaled.x, scaled.y, scaled.z};
@@ -305,7 +308,7 @@ Status GlbWriter::add_quantized(const SurfaceFrame& frame, const SplitSurface& s
   accessors_.items.back()["max"] = highest;
   if (!frame.normals.empty() || !frame.corner_normals.empty())
     PM_TRY_STATUS(
-        add_attribute("NORMAL", "VEC3", kByte, 4,
+        add_attribute("NORMAL", "VEC3", kByte, /*stride=*/4,
                       serialize(split, [&](std::string& bytes, std::size_t v, std::uint32_t) {
                         const Vec3 n = normal_at(frame, split, v);
                         for (const float c : {n.x, n.y, n.z})
@@ -314,13 +317,14 @@ Status GlbWriter::add_quantized(const SurfaceFrame& frame, const SplitSurface& s
                       })));
   if (frame.is_mixed)
     PM_TRY_STATUS(
-        add_attribute("COLOR_0", "VEC4", kUnsignedShort, 8,
+        add_attribute("COLOR_0", "VEC4", kUnsignedShort, /*stride=*/8,
                       serialize(split, [&](std::string& bytes, std::size_t, std::uint32_t p) {
                         const Vec3 color = frame.colors[p];
                         for (const float c : {color.x, color.y, color.z, 1.0f})
                           put(bytes, quantize<std::uint16_t>(c, 65535));
                       })));
   if (frame.is_mixed || frame.corner_uvs.empty()) return Ok{};
+  // Coordinates of repeated textures may be outside [0, 1]; they stay floats.
   const bool in_range = std::all_of(frame.corner_uvs.begin(), frame.corner_uvs.end(), [](Vec2 uv) {
     return uv.x >= 0 && uv.x <= 1 && uv.y >= 0 && uv.y <= 1;
   });
@@ -330,13 +334,13 @@ Status GlbWriter::add_quantized(const SurfaceFrame& frame, const SplitSurface& s
     put(data, quantize<std::uint16_t>(uv.x, 65535));
     put(data, quantize<std::uint16_t>(uv.y, 65535));
   });
-  PM_TRY(attributes["TEXCOORD_0"],
-         add_accessor(bytes, kVertexBuffer,
-                      {in_range ? kUnsignedShort : kFloat, "VEC2", count, in_range}));
+  PM_TRY(attributes["TEXCOORD_0"], add_accessor(bytes, kVertexBuffer,
+                                                {in_range ? kUnsignedShort : kFloat, "VEC2", count,
+                                                 /*normalized=*/in_range}));
   return Ok{};
 }
 
-/// Adds a mesh with a primitive per material.
+/// Adds a mesh with a primitive per material, and sets the members of `span` that describe it.
 Status GlbWriter::add_mesh(const SurfaceFrame& frame, const std::string& name, MeshSpan& span) {
   SplitSettings split_settings;
   split_settings.uvs = !frame.is_mixed || sequence_.constant_topology;
@@ -433,7 +437,7 @@ Status GlbWriter::add_weights() {
   const std::size_t targets = frames_.size() - 1;
   JsonValue samplers = JsonValue::array(), channels = JsonValue::array();
   std::string times, weights;
-  // Frame 0 is the mesh without targets; target k - 1 is frame k.
+  // At key 0, the mesh has no target of weight above 0; at key k, target k - 1 has weight 1.
   for (std::size_t k = 0; k < frames_.size(); ++k) {
     put(times, static_cast<float>(frames_[k] - sequence_.first_frame) / sequence_.fps);
     for (std::size_t target = 0; target < targets; ++target)
@@ -480,7 +484,8 @@ Status GlbWriter::add_images() {
   return Ok{};
 }
 
-/// Adds a node per mesh, then their parents, one per actor, then the camera.
+/// Adds a node per mesh, in the order of spans_, then their parents, one per actor, then the
+/// camera.
 void GlbWriter::add_nodes() {
   std::vector<JsonValue> children(sequence_.actors.size(), JsonValue::array());
   for (const MeshSpan& span : spans_) {
@@ -532,7 +537,7 @@ Status GlbWriter::add_camera_motion() {
     Rotation rotation = camera_rotation(cameras[i]);
     float product = 0;
     for (std::size_t k = 0; k < 4; ++k) product += rotation[k] * previous[k];
-    if (product < 0)  // q and -q are the same rotation: take that nearer to the previous rotation
+    if (product < 0)  // q and -q are the same rotation: take the one nearer to `previous`
       for (float& value : rotation) value = -value;
     put(rotations, rotation);
     previous = rotation;
@@ -552,7 +557,7 @@ Status GlbWriter::add_camera_motion() {
         {{"input", input}, {"output", output}, {"interpolation", "LINEAR"}});
     return Ok{};
   };
-  const std::size_t node = nodes_.size() - 1;  // the camera's
+  const std::size_t node = nodes_.size() - 1;  // the camera's, which add_nodes() adds last
   PM_TRY_STATUS(add(positions, "VEC3", {{"node", node}, {"path", "translation"}}));
   PM_TRY_STATUS(add(rotations, "VEC4", {{"node", node}, {"path", "rotation"}}));
   if (!zooms()) return Ok{};

@@ -1,4 +1,4 @@
-// JSON arrays of vectors.
+// Conversion of vectors to JSON arrays.
 #pragma once
 
 #include "base/json.h"

@@ -2,7 +2,6 @@
 // which are coloured by their correspondence (docs/interchange.md).
 #pragma once
 
-#include <map>
 #include <string>
 #include <vector>
 
@@ -17,15 +16,17 @@ struct NamedPair {
   Vec3 from, to;  ///< positions in the coordinates of each object's file
 };
 
+/// An object of the scene.
 struct LandmarksObject {
   std::string key;              ///< name in the scene's plan.landmarks
   Mesh mesh;                    ///< surface in scene coordinates
   Transform to_scene, to_file;  ///< file coordinates to scene coordinates, and the inverse
 };
 
+/// The morph from one object to the next.
 struct LandmarksLeg {
   int from = 0, to = 0;                      ///< indices of the page's objects
-  std::vector<Vec3> from_colors, to_colors;  ///< [0, 1], one per point of each mesh
+  std::vector<Vec3> from_colors, to_colors;  ///< shown as they are, [0, 1]; one per point
   std::vector<NamedPair> landmarks;          ///< the scene's own landmarks
   std::vector<NamedPair> candidates;         ///< suggestions: corresponding tips of limbs
 };
@@ -36,7 +37,7 @@ struct LandmarksPage {
   std::vector<LandmarksLeg> legs;  ///< one or more
 };
 
-/// Encodes the whole page; meshes are deflated.
+/// Encodes the page as HTML; meshes and colours are deflated.
 std::string encode_landmarks_page(const LandmarksPage& page);
 
 }  // namespace polymorph

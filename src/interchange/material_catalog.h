@@ -11,22 +11,23 @@
 namespace polymorph {
 
 struct MaterialCatalog {
-  std::vector<SurfaceMaterial> materials;              ///< names are unique identifiers
-  std::vector<std::shared_ptr<const Image>> textures;  ///< textures of the materials, each once
+  std::vector<SurfaceMaterial> materials;  ///< names are unique and valid (identifier())
+  std::vector<std::shared_ptr<const Image>> textures;  ///< the materials' textures, each once
 
-  /// Returns the index of a material. Adds the material if it is new.
+  /// Returns the index of a material; adds it unless a material with the same properties, whatever
+  /// its name, is there.
   std::size_t add(const SurfaceMaterial& material);
-  /// Returns the indices of all of a frame's materials, in order.
+  /// Adds materials as above. Returns one index per material, in order.
   std::vector<std::size_t> add(const std::vector<SurfaceMaterial>& all);
-  /// Returns the index in `textures` of the material's texture; -1 if it has none.
+  /// Returns the index in `textures` of the material's texture; -1 if there is none.
   int find_texture(const SurfaceMaterial& material) const;
 };
 
-/// Makes an identifier that is valid in every format: letters, digits and underscores, without a
-/// digit at the beginning.
+/// Makes a name that is valid in every file format: ASCII letters, digits and underscores, without
+/// a digit at the beginning. Other bytes become underscores.
 std::string identifier(const std::string& text);
 
-/// Encodes a texture as an 8-bit PNG. Errors: kInput if it has no colours.
+/// Encodes a texture as an 8-bit PNG without alpha. Errors: kInput if it has no colour channels.
 Result<std::string> texture_png(const Image& texture);
 
 }  // namespace polymorph

@@ -12,8 +12,9 @@ Status write_mesh(const std::filesystem::path& path, const Mesh& mesh) {
   frame.normals = mesh.normals;
   frame.triangles = mesh.triangles;
   MaterialCatalog none;
-  if (path.extension() == ".obj") return write_file(path, encode_obj({&frame, 1}, {}, "", none));
-  if (path.extension() == ".ply") return write_file(path, encode_ply({&frame, 1}, {}));
+  if (path.extension() == ".obj")
+    return write_file(path, encode_obj({&frame, 1}, /*sequence=*/{}, /*library=*/"", none));
+  if (path.extension() == ".ply") return write_file(path, encode_ply({&frame, 1}, /*sequence=*/{}));
   return make_error(ErrorCode::kUsage, "{}: unknown mesh format \"{}\" - use .obj or .ply",
                     path.string(), path.extension().string());
 }

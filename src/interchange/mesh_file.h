@@ -1,4 +1,4 @@
-// Writing of a plain mesh to a file.
+// Writing of a mesh without materials to a file.
 #pragma once
 
 #include <filesystem>
@@ -8,7 +8,7 @@
 
 namespace polymorph {
 
-/// Writes positions, normals (none if the mesh is flat) and triangles as OBJ or PLY, chosen by the
+/// Writes positions, normals (unless the mesh has none) and triangles as OBJ or PLY, chosen by the
 /// extension of `path`. Errors: kUsage for another extension, kOutput if writing fails.
 Status write_mesh(const std::filesystem::path& path, const Mesh& mesh);
 

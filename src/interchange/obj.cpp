@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <cstdint>
 #include <iterator>
 #include <unordered_map>
@@ -14,9 +13,9 @@
 namespace polymorph {
 namespace {
 
-using Text = std::back_insert_iterator<std::string>;
+using TextOutput = std::back_insert_iterator<std::string>;
 
-/// Numbers distinct values in the order of their first occurrence.
+/// Numbers distinct values of up to 96 bits in the order of their first occurrence.
 class Numbering {
  public:
   explicit Numbering(std::uint32_t first) : next_(first) {}
@@ -29,6 +28,7 @@ class Numbering {
   std::uint32_t next() const { return next_; }
 
  private:
+  /// Number of each value, by its bits `high`, then `low`.
   std::unordered_map<std::uint32_t, std::unordered_map<std::uint64_t, std::uint32_t>> numbers_;
   std::uint32_t next_;
 };
@@ -38,9 +38,9 @@ std::uint64_t pair_bits(float a, float b) {
 }
 
 /// Writes distinct texture coordinates. Returns, for each corner, the index of its coordinates in
-/// the file. `next_index` is the first unused index, before and after the call.
+/// the file. `next_index` is the first unused index, which the call advances.
 std::vector<std::uint32_t> write_uvs(const SurfaceFrame& frame, std::uint32_t& next_index,
-                                     Text out) {
+                                     TextOutput out) {
   Numbering numbering(next_index);
   std::vector<std::uint32_t> numbers;
   for (const Vec2 uv : frame.corner_uvs) {
@@ -55,7 +55,7 @@ std::vector<std::uint32_t> write_uvs(const SurfaceFrame& frame, std::uint32_t& n
 /// Writes the normals of the points or, if they exist, distinct normals of corners. Returns indices
 /// as write_uvs() does; none for a flat surface.
 std::vector<std::uint32_t> write_normals(const SurfaceFrame& frame, std::uint32_t& next_index,
-                                         Text out) {
+                                         TextOutput out) {
   std::vector<std::uint32_t> numbers;
   if (frame.corner_normals.empty()) {
     if (frame.normals.empty()) return numbers;
@@ -76,7 +76,7 @@ std::vector<std::uint32_t> write_normals(const SurfaceFrame& frame, std::uint32_
   return numbers;
 }
 
-void write_points(const SurfaceFrame& frame, Text out) {
+void write_points(const SurfaceFrame& frame, TextOutput out) {
   const bool colored = frame.colors.size() == frame.positions.size();
   const auto encoded = [](float c) { return linear_to_srgb(std::clamp(c, 0.0f, 1.0f)); };
   for (std::size_t i = 0; i < frame.positions.size(); ++i) {
@@ -95,7 +95,7 @@ void write_points(const SurfaceFrame& frame, Text out) {
 std::string encode_obj(std::span<const SurfaceFrame> frames, const SurfaceSequence& sequence,
                        const std::string& library, MaterialCatalog& catalog) {
   std::string text = "# polymorph surface\n";
-  const Text out = std::back_inserter(text);
+  const TextOutput out = std::back_inserter(text);
   if (!library.empty()) fmt::format_to(out, "mtllib {}\n", library);
   std::uint32_t next_point = 1, next_uv = 1, next_normal = 1;
   for (std::size_t a = 0; a < frames.size(); ++a) {
@@ -106,7 +106,7 @@ std::string encode_obj(std::span<const SurfaceFrame> frames, const SurfaceSequen
     const std::vector<std::uint32_t> normals = write_normals(frame, next_normal, out);
     std::vector<std::size_t> materials;
     if (!library.empty()) materials = catalog.add(frame.materials);
-    std::size_t current_material = SIZE_MAX;
+    std::size_t current_material = SIZE_MAX;  // none yet
     for (std::size_t t = 0; t < frame.triangles.size(); ++t) {
       if (!materials.empty()) {
         const std::size_t material = materials[frame.triangle_materials[t]];
@@ -132,9 +132,9 @@ std::string encode_obj(std::span<const SurfaceFrame> frames, const SurfaceSequen
 std::string encode_mtl(const MaterialCatalog& catalog,
                        const std::vector<std::string>& texture_names) {
   std::string text = "# polymorph materials\n";
-  const Text out = std::back_inserter(text);
+  const TextOutput out = std::back_inserter(text);
   for (const SurfaceMaterial& m : catalog.materials) {
-    // Exponent of Blinn and Phong for this roughness.
+    // Blinn-Phong exponent 2 / r^2 - 2 of roughness r, at most 998.
     const float exponent = std::max(2 / std::max(m.roughness * m.roughness, 0.002f) - 2, 0.0f);
     fmt::format_to(out, "\nnewmtl {}\nKd {:.6g} {:.6g} {:.6g}\n", m.name, m.color.x, m.color.y,
                    m.color.z);

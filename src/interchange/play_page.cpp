@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
-#include <limits>
 #include <span>
 
 #include "base/html_page.h"
@@ -26,7 +24,7 @@ namespace {
 /// Errors are at most half a step.
 constexpr float kDistanceStep = 1.0f / 40;
 constexpr float kThinnessStep = 1.0f / 256;
-/// Numbers of quantization steps over the range of moving values.
+/// Numbers of quantization steps over the range of a leg's changing values.
 constexpr float kMotionSteps = 16383,  ///< distance legs
     kBallSteps = 65000,                ///< ball legs, whose field is steep
     kDisplaySteps = 511;               ///< balls of distance legs, which are only displayed
@@ -48,7 +46,8 @@ JsonValue grid_json(const Grid& grid) {
 
 /// Visits all elements from coarse to fine: calls `visit(index, prediction)`, which sets
 /// values[index]. Along a smooth axis, the prediction of an element halfway between two visited
-/// ones is the cubic through four (interpolating subdivision, Dubuc 1986). play.html does the same.
+/// ones is the value of the cubic through the four nearest visited ones (interpolating subdivision,
+/// Dubuc 1986). readArray() of play.html visits the same elements in the same order.
 template <class F>
 void refine(const Shape& shape, const std::vector<double>& values, const F& visit) {
   const std::int64_t stride[3] = {1, shape.n[0], std::int64_t{shape.n[0]} * shape.n[1]};
@@ -96,12 +95,12 @@ void refine(const Shape& shape, const std::vector<double>& values, const F& visi
 class Packer {
  public:
   /// Adds an array with an error of at most half of `step`. Differences of more than 16 bits are
-  /// clamped.
+  /// clamped. Returns what the page needs to decode the array.
   JsonValue add(std::span<const float> values, const Shape& shape, float step) {
     PM_CHECK(values.size() == shape.size());
     const auto [low, high] = std::minmax_element(values.begin(), values.end());
     const double middle = (static_cast<double>(*low) + static_cast<double>(*high)) / 2;
-    const double size = step > 0 ? static_cast<double>(step) : 1;
+    const double step_size = step > 0 ? static_cast<double>(step) : 1;
     const std::size_t at = bytes_.size(), count = values.size();
     bytes_.resize(at + 2 * count);
     std::vector<double> reconstruction(count);  // as the page will decode them, minus the middle
@@ -109,16 +108,19 @@ class Packer {
     refine(shape, reconstruction, [&](std::size_t i, double prediction) {
       const double offset_value = static_cast<double>(values[i]) - middle;
       const auto steps = static_cast<int>(
-          std::clamp(std::round((offset_value - prediction) / size), -32768.0, 32767.0));
-      reconstruction[i] = prediction + steps * size;
+          std::clamp(std::round((offset_value - prediction) / step_size), -32768.0, 32767.0));
+      reconstruction[i] = prediction + steps * step_size;
       // Zigzag encoding: small steps of either sign become small numbers.
       const unsigned zigzag = static_cast<unsigned>(steps >= 0 ? 2 * steps : -2 * steps - 1);
       bytes_[at + next] = static_cast<char>(zigzag & 255);
       bytes_[at + count + next] = static_cast<char>(zigzag >> 8);
       ++next;
     });
-    return {
-        {"at", at}, {"n", shape.n}, {"smooth", shape.smooth}, {"middle", middle}, {"step", size}};
+    return {{"at", at},
+            {"n", shape.n},
+            {"smooth", shape.smooth},
+            {"middle", middle},
+            {"step", step_size}};
   }
 
   const std::string& bytes() const { return bytes_; }
@@ -166,7 +168,7 @@ struct Factor {
   float xx, xy, xz, yy, yz, zz;
 };
 Factor factorize(const Sym3& s) {
-  constexpr float kMin = 1e-12f;  // rounding may leave less than 0 below a root
+  constexpr float kMin = 1e-12f;  // rounding may make radicands negative
   Factor f{};
   f.xx = std::sqrt(std::max(s.xx, kMin));
   f.xy = s.xy / f.xx;
@@ -177,9 +179,11 @@ Factor factorize(const Sym3& s) {
   return f;
 }
 
-/// Lists the channels of one pair at a key, in the order of play.html. The kDisplayed channels from
-/// kFirstDisplayed on describe the ball, which distance legs only display.
+/// First channel of list_channels() that describes a ball's size and shape, and the number of these
+/// channels (a, w and six of the factor). Distance legs only display the balls.
 constexpr std::size_t kFirstDisplayed = 3, kDisplayed = 8;
+
+/// Lists the channels of one pair at a key, in the order of play.html.
 std::vector<float> list_channels(const PlayKey& key, std::size_t pair) {
   const Ball& ball = key.balls[pair];
   const Factor f = factorize(ball.shape);
@@ -212,20 +216,21 @@ JsonValue common_json(const PlayKey& key) {
   }
   add(key.box.low);
   add(key.box.high);
-  for (const float f : {key.between.map->lattice.cell, key.between.from_scale, key.between.to_scale,
-                        key.between.level, key.progress, key.between.linear_range, key.min_part})
+  for (const float f :
+       {key.between.map->lattice.cell, key.between.from_scale, key.between.to_scale,
+        key.between.level, key.progress, key.between.linear_range, key.min_component_share})
     numbers.push_back(f);
   return numbers;
 }
 
-/// Writes the progress at which an object's detail begins and ends to fade; null if the object has
-/// no distances without detail, so that nothing fades.
+/// Writes the progress at which an object's detail begins to fade and at which it is gone. Returns
+/// null if the object has no distances without detail: its detail stays.
 JsonValue fade_json(const std::shared_ptr<const DistanceGrid>& smooth, const DetailFade& fade) {
   return smooth ? JsonValue::array({fade.begin, fade.end}) : JsonValue();
 }
 
-/// Landmarks of a leg's maps: their positions on both objects and, for each key, their positions
-/// and deviations.
+/// Writes the landmarks of a leg's maps: their positions on both objects ("goals") and, for each
+/// key, their positions in between and deviations ("places").
 JsonValue landmarks_json(const PlayLeg& leg) {
   JsonValue goals = JsonValue::array(), positions = JsonValue::array();
   for (const RegressionLandmark& landmark : leg.keys.front().between.map->landmarks) {
@@ -241,6 +246,7 @@ JsonValue landmarks_json(const PlayLeg& leg) {
   return {{"goals", goals}, {"places", positions}};
 }
 
+/// Writes a leg: the channels of all keys and pairs as packed arrays, everything else as numbers.
 JsonValue leg_json(const PlayLeg& leg, Packer& packer) {
   JsonValue times = JsonValue::array(), common = JsonValue::array();
   std::vector<std::vector<float>> rows;  // one per key and pair
@@ -275,7 +281,7 @@ JsonValue leg_json(const PlayLeg& leg, Packer& packer) {
           {"channels", channels}};
 }
 
-/// Writes one number per ball.
+/// Packs one number per ball.
 JsonValue ball_json(std::span<const float> values, Packer& packer) {
   const Shape shape{{static_cast<int>(values.size()), 1, 1}, /*smooth=*/{false, false, false}};
   return packer.add(values, shape, range_step(values, kBallSteps));
@@ -290,10 +296,10 @@ JsonValue space_json(const PlaySpace& space, Packer& packer) {
     JsonValue entry{{"low", to_array(object.box.low)},
                     {"high", to_array(object.box.high)},
                     {"volume", object.volume},
-                    {"min_part", object.min_part},
+                    {"min_part", object.min_component_share},
                     {"from", vector(object.from_center)},
                     {"to", vector(object.to_center)},
-                    {"turn", vector(object.turn)},
+                    {"turn", vector(object.axis_angle)},
                     {"log_scale", object.log_scale}};
     for (float Vec3::*c : {&Vec3::x, &Vec3::y, &Vec3::z}) {
       std::vector<float> axis;
@@ -319,7 +325,8 @@ JsonValue actor_json(const PlayActor& actor, Packer& packer) {
   return json;
 }
 
-/// Lists the triangles of each case of marching cubes, as digits of base 12, one per edge.
+/// Lists the triangles of each case of marching cubes as a text with three digits per triangle, to
+/// base 12: the edges of its vertices.
 JsonValue cases_json() {
   constexpr const char* kDigits = "0123456789ab";
   const McTable& table = mc_table();

@@ -14,24 +14,27 @@
 
 namespace polymorph {
 
-/// An object of an actor, with its fields on grids. A ball leg's surface is that of the balls'
-/// field, a distance leg's that of a mixture of both objects' distances (leg/leg.h).
+/// An object of an actor, with its fields on grids. A leg is the morph from one object to the next.
+/// The surface of a ball leg is a level set of the balls' field, that of a distance leg the zero
+/// set of a mixture of both objects' signed distances (leg/leg.h).
 struct PlayObject {
   std::string name;
   std::shared_ptr<const DistanceGrid> distances;  ///< null if its legs are ball legs
-  std::shared_ptr<const DistanceGrid> smooth;     ///< distances without detail; null unless a solid
-  std::shared_ptr<const DistanceGrid> thinness;   ///< null unless a solid with distances
-  Vec3 color{1, 1, 1};                            ///< scene-linear; used if `colors` is empty
+  std::shared_ptr<const DistanceGrid>
+      smooth;  ///< distances without detail; null if this is no solid
+  std::shared_ptr<const DistanceGrid>
+      thinness;         ///< [0, 1]; null unless a solid in legs with distances
+  Vec3 color{1, 1, 1};  ///< scene-linear; used if `colors` is empty
   Grid color_grid;
   std::vector<Vec3> colors;  ///< scene-linear, at the points of color_grid; or empty
 };
 
 /// State of a leg at one time.
 struct PlayKey {
-  float time = 0;      ///< time of the leg's motion, [0, 1]
-  float progress = 0;  ///< eased progress, [0, 1]; blends the colours
-  float min_part = 0;  ///< components with a smaller fraction of the volume are removed
-  /// Balls with their surface at field = 1, one per pair.
+  float time = 0;                 ///< time of the leg's motion, [0, 1]
+  float progress = 0;             ///< eased progress, [0, 1]; blends the colours
+  float min_component_share = 0;  ///< components with a smaller fraction of the volume are removed
+  /// Balls, one per pair, scaled so that their surface is where the field is 1.
   std::vector<Ball> balls;
   /// Field of a distance leg. A ball leg uses only `samples[].center` and `values` of its map: the
   /// points on both objects that correspond to each ball's centre.
@@ -45,13 +48,13 @@ struct PlayLeg {
   std::vector<PlayKey> keys;  ///< two or more, ascending times
 };
 
-/// An object of a PlaySpace, and the similarity transform from the reference to it (PathPart).
+/// An object of a PlaySpace, and the similarity transform that maps the reference to it (PathPart).
 struct PlaySpaceObject {
   Box box;
   double volume = 0;
-  float min_part = 0;  ///< components with a smaller fraction of the volume are removed
+  float min_component_share = 0;  ///< components with a smaller fraction of the volume are removed
   Vec3d from_center, to_center;
-  Vec3d turn;               ///< rotation: axis times angle in radians
+  Vec3d axis_angle;         ///< rotation: axis times angle in radians
   double log_scale = 0;     ///< natural logarithm of the scale
   std::vector<Vec3> balls;  ///< positions of the reference's balls on this object
 };
@@ -63,23 +66,25 @@ struct PlaySpace {
   std::vector<float> masses;             ///< masses of the reference's balls
   std::vector<float> deviations;         ///< ball_kernel_deviation() of the reference's balls
   Vec3 middle;                           ///< centre of the reference's box
-  bool keeps_volume = true;
-  bool contact = true;  ///< the lowest point stays where those of all objects are equally high
-  float look = 0;       ///< weight of the common look
+  bool keeps_volume = true;              ///< the mixture has the weighted mean of the volumes
+  /// If the lowest points of all objects are equally high, the mixture's is put at this height.
+  bool contact = true;
+  float look = 0;  ///< weight of the common look (PlayPage::look), [0, 1]
 };
 
 /// State of an actor in a frame.
 struct PlayFrame {
   int leg = 0;     ///< index in PlayActor::legs
   float time = 0;  ///< time of the leg's motion, [0, 1]
-  float look = 0;  ///< weight of the common look
-  /// Weights of the objects of a PlaySpace, which then replace all other members; else empty.
+  float look = 0;  ///< weight of the common look (PlayPage::look), [0, 1]
+  /// Weights of the objects of the actor's PlaySpace; the other members are then unused. Empty if
+  /// the actor has legs.
   std::vector<float> weights;
 };
 
 struct PlayActor {
   std::string name;
-  float cell = 0;  ///< edge of the surface's cells
+  float cell = 0;  ///< edge of the cells by which the surface is extracted
   std::vector<PlayObject> objects;
   std::vector<PlayLeg> legs;      ///< empty if the actor mixes objects by weights
   PlaySpace space;                ///< has no objects unless the actor mixes them by weights
@@ -90,16 +95,17 @@ struct PlayPage {
   std::string title;
   float fps = 24;
   FieldKind field = FieldKind::kGaussian;
-  SurfaceMaterial look;  ///< the common look
+  SurfaceMaterial look;  ///< the common look: a material that objects may take on as they morph
   FrameCamera camera;
   Box box;  ///< bounds of all objects
   bool has_ground = true;
-  float ground = 0;  ///< height of the ground
+  float ground = 0;  ///< height of the ground, if there is one
   std::vector<PlayActor> actors;
 };
 
-/// Encodes the whole page. Distances are exact to 1/80 of the surface's cell, colours to 1/256,
-/// moving values to 1/32766 of their range or better. All data is deflated.
+/// Encodes the page as HTML. Distances have errors of at most 1/80 of the surface's cell, colours
+/// of 1/256, and a leg's changing values of 1/32766 of their range (1/1022 for the balls of a
+/// distance leg, which are only displayed). All data is deflated.
 std::string encode_play_page(const PlayPage& page);
 
 }  // namespace polymorph

@@ -13,7 +13,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "encode_ply writes memory as it is");
 
-/// Tests whether every frame has these values, one per point.
+/// Tests whether values(frame) has one value per point for every frame.
 template <class F>
 bool all_have(std::span<const SurfaceFrame> frames, const F& values) {
   return std::all_of(frames.begin(), frames.end(),

@@ -12,8 +12,9 @@ namespace polymorph {
 namespace {
 
 /// Collapses edges and returns the remaining triangles, which index vertices of the split surface.
-/// `error` is the limit of meshoptimizer's error, relative to the surface's extent. Triangles of
-/// `is_fixed`, and the points that they share with others, do not change.
+/// `error` is the limit of meshoptimizer's error, relative to the surface's extent. Triangles with
+/// `is_fixed` do not change. The others are simplified without them, so the points that they share
+/// with fixed triangles lie on a border, and borders stay.
 std::vector<Triangle> collapse_edges(const SurfaceFrame& frame, const SplitSurface& split,
                                      float error, const std::vector<std::uint8_t>& is_fixed) {
   std::vector<Vec3> positions;
@@ -54,30 +55,31 @@ std::vector<Vec3> list_midpoints(const SurfaceFrame& frame,
   return points;
 }
 
-/// Measures the Hausdorff distance between the frame's surface, whose query is `before`, and the
+/// Measures the Hausdorff distance between the frame's surface, whose query is `original`, and the
 /// triangles `remaining`. It is the larger of two one-sided distances: from the frame's points to
-/// `remaining`, and from the midpoints of `remaining` to the frame's surface. Triangles of the
-/// frame around points that are further away than `limit` are marked in `is_fixed`.
-float measure_distance(const SurfaceFrame& frame, const ClosestPointQuery& before,
+/// `remaining`, and from the midpoints of `remaining` to the frame's surface. Where a
+/// distance exceeds `limit`, sets `is_fixed` of the frame's triangles around that place.
+float measure_distance(const SurfaceFrame& frame, const ClosestPointQuery& original,
                        const std::vector<Triangle>& remaining, float limit,
                        std::vector<std::uint8_t>& is_fixed) {
-  const ClosestPointQuery after(frame.positions, remaining);
+  const ClosestPointQuery simplified(frame.positions, remaining);
   float farthest = 0;
-  std::vector<std::uint8_t> is_near(frame.positions.size(), 0);  // 1: near an excessive distance
-  const std::vector<ClosestPoint> nearest = after.closest(frame.positions);
+  std::vector<std::uint8_t> exceeds(frame.positions.size(),
+                                    0);  // 1: a distance at the point exceeds `limit`
+  const std::vector<ClosestPoint> nearest = simplified.closest(frame.positions);
   for (std::size_t i = 0; i < nearest.size(); ++i) {
     farthest = std::max(farthest, nearest[i].distance);
-    if (nearest[i].distance > limit) is_near[i] = 1;
+    if (nearest[i].distance > limit) exceeds[i] = 1;
   }
-  for (const ClosestPoint& hit : before.closest(list_midpoints(frame, remaining))) {
+  for (const ClosestPoint& hit : original.closest(list_midpoints(frame, remaining))) {
     farthest = std::max(farthest, hit.distance);
     if (hit.distance > limit)
-      for (const std::uint32_t v : frame.triangles[hit.triangle].v) is_near[v] = 1;
+      for (const std::uint32_t v : frame.triangles[hit.triangle].v) exceeds[v] = 1;
   }
   if (farthest <= limit) return farthest;
   for (std::size_t t = 0; t < frame.triangles.size(); ++t) {
     const auto& v = frame.triangles[t].v;
-    if (is_near[v[0]] || is_near[v[1]] || is_near[v[2]]) is_fixed[t] = 1;
+    if (exceeds[v[0]] || exceeds[v[1]] || exceeds[v[2]]) is_fixed[t] = 1;
   }
   return farthest;
 }
@@ -125,9 +127,9 @@ float simplify(SurfaceFrame& frame, float distance) {
     const Vec3 size = bounding_box(frame.positions).size();
     return std::max({size.x, size.y, size.z});
   }();
-  if (!(extent > 0)) return 0;
+  if (!(extent > 0)) return 0;  // all points coincide
   const SplitSurface split = split_corners(frame, {/*uvs=*/true, /*materials=*/true});
-  const ClosestPointQuery before(frame.positions, frame.triangles);
+  const ClosestPointQuery original(frame.positions, frame.triangles);
   std::vector<std::uint8_t> is_fixed(frame.triangles.size(), 0);
   // meshoptimizer bounds a mean distance from planes, not the Hausdorff distance. Regions where the
   // latter is too large are fixed, and the simplification is repeated with a smaller error.
@@ -135,14 +137,14 @@ float simplify(SurfaceFrame& frame, float distance) {
   for (int i = 0; i < kMaxAttempts; ++i) {
     const std::vector<Triangle> remaining = collapse_edges(frame, split, error, is_fixed);
     const float hausdorff =
-        measure_distance(frame, before, to_positions(split, remaining), distance, is_fixed);
+        measure_distance(frame, original, to_positions(split, remaining), distance, is_fixed);
     if (hausdorff <= distance) {
       reduce_to(split, remaining, frame);
       return hausdorff;
     }
     error *= 0.95f;
   }
-  return 0;
+  return 0;  // no attempt kept the distance, so the frame stays as it is
 }
 
 }  // namespace polymorph

@@ -7,6 +7,7 @@ namespace {
 
 constexpr std::uint32_t kNoVertex = 0xffffffffu;
 
+/// Compares bits, so that a NaN equals itself.
 bool same_bits(float a, float b) {
   return std::bit_cast<std::uint32_t>(a) == std::bit_cast<std::uint32_t>(b);
 }

@@ -8,8 +8,8 @@
 
 namespace polymorph {
 
-/// Vertices in the order of their first corners. The corners at a point share a vertex if their
-/// attributes are equal. Corner 3 t + k is corner k of triangle t.
+/// Vertices of a surface, in the order of their first corners. The corners at a point share a
+/// vertex if their attributes are equal. Corner 3 t + k is corner k of triangle t.
 struct SplitSurface {
   std::vector<std::uint32_t> position_of;  ///< index into SurfaceFrame::positions, one per vertex
   std::vector<std::uint32_t> corner_of;    ///< index of the first corner, one per vertex

@@ -24,7 +24,7 @@ struct SurfaceMaterial {
 /// Compares everything except the name.
 bool same_material(const SurfaceMaterial& a, const SurfaceMaterial& b);
 
-/// One actor in one frame. Points are shared by the triangles around them.
+/// Surface of one actor in one frame. The triangles around a point share it.
 struct SurfaceFrame {
   bool is_model = false;  ///< an object's own mesh, not an extracted surface
   std::vector<Vec3> positions;
@@ -40,10 +40,10 @@ struct SurfaceFrame {
   /// Between two objects, texture coordinates and materials are those of the object with the larger
   /// weight. Empty if no materials are known.
   std::vector<SurfaceMaterial> materials;
-  /// True if `colors` and `mixture` give the appearance instead of `materials`, because several
-  /// objects' materials, or an object's and the common look, are mixed.
+  /// True if several objects' materials, or an object's and the scene's common look, are mixed.
+  /// `colors` and `mixture` then give the appearance instead of `materials`.
   bool is_mixed = false;
-  /// Material if `is_mixed`: white, with the means of all other properties over the surface.
+  /// Material of a mixed surface: white, with the means of all other properties over the surface.
   SurfaceMaterial mixture;
 };
 
@@ -62,7 +62,7 @@ struct SurfaceSequence {
   float fps = 24;
   int first_frame = 1, last_frame = 1;
   std::vector<FrameCamera> cameras{1};  ///< one per frame, or one for all
-  bool has_corner_normals = false;      ///< true if any frame has them
+  bool has_corner_normals = false;      ///< whether any frame has them
   /// All frames of an actor have the same triangles and texture coordinates.
   bool constant_topology = false;
 };

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <functional>
 #include <initializer_list>
 #include <optional>
 
@@ -14,7 +13,7 @@
 namespace polymorph {
 namespace {
 
-/// Text of an attribute's values at all times, stored on disk. A value that stays the same is
+/// Text of an attribute's values in all frames, stored on disk. A value that stays the same is
 /// written only at the first and last of its frames, since interpolation between equal values gives
 /// the same value.
 class TimeSamples {
@@ -56,26 +55,27 @@ class TimeSamples {
   bool repeats_ = false;      ///< `frame_` is not written yet, because the value stays the same
 };
 
-// Each put() writes a number as text at `to`, which has room for it, and returns the end.
+// Each put() writes a number as text at `to` and returns the end of the text. `to` must have room:
+// 12 bytes for an integer, 24 for a float.
 char* put(char* to, std::uint32_t v) { return std::to_chars(to, to + 12, v).ptr; }
 char* put(char* to, int v) { return std::to_chars(to, to + 12, v).ptr; }
 /// Writes the shortest text that reads back to the same float.
 char* put(char* to, float v) { return std::to_chars(to, to + 24, v).ptr; }
 
-/// A number with six significant digits, enough for everything but positions.
+/// A number to be written with six significant digits: enough for normals, velocities and colours.
 struct Rounded {
   float value;
 };
 /// Writes a rounded number without trailing zeros.
 char* put(char* to, Rounded r) {
-  const double size = std::abs(static_cast<double>(r.value));
-  if (!(size >= 1e-4 && size < 9.99999))
+  const double magnitude = std::abs(static_cast<double>(r.value));
+  if (!(magnitude >= 1e-4 && magnitude < 9.99999))
     return std::to_chars(to, to + 24, r.value, std::chars_format::general, 6).ptr;
-  // Fast path: one multiplication and the digits of an integer. 1 / `unit` is the place value of
-  // the sixth significant digit.
+  // Fast path for numbers without exponent and with one digit at most before the point: one
+  // multiplication gives the six digits as an integer. 1 / `unit` is the place value of the last.
   std::uint32_t unit = 100000;
-  while (size * unit < 99999.5) unit *= 10;
-  auto digits = static_cast<std::uint32_t>(std::lrint(size * unit));
+  while (magnitude * unit < 99999.5) unit *= 10;
+  auto digits = static_cast<std::uint32_t>(std::lrint(magnitude * unit));
   if (r.value < 0) *to++ = '-';
   *to++ = static_cast<char>('0' + digits / unit);
   digits %= unit;
@@ -87,6 +87,7 @@ char* put(char* to, Rounded r) {
   }
   return to;
 }
+/// Writes numbers as "(a, b, c)".
 template <class T>
 char* put_tuple(char* to, std::initializer_list<T> numbers) {
   *to++ = '(';
@@ -110,7 +111,7 @@ char* put(char* to, Vec3 v) { return put_tuple(to, {v.x, v.y, v.z}); }
 template <class T, class F>
 std::string format_list(const std::vector<T>& items, const F& convert) {
   constexpr std::size_t kMaxItem = 96;  // bytes of one item
-  std::string text(2 + kMaxItem, '[');
+  std::string text(2 + kMaxItem, '[');  // only the first '[' stays
   std::size_t size = 1;
   for (const T& item : items) {
     if (text.size() < size + kMaxItem) text.resize(2 * text.size());
@@ -147,23 +148,23 @@ std::string quote(const std::vector<std::string>& texts) {
   return fmt::format("[{}]", fmt::join(quoted, ", "));
 }
 
-/// Samples of a Mesh prim. A look is a set of materials. Each look of an actor has a prim of its
-/// own, with the surface in the frames that have this look and an empty mesh in all others.
-/// Programs that read material bindings only once, such as Blender, then show each look.
-struct LookSamples {
+/// Samples of a Mesh prim. An actor has one for each set of materials that its surface shows, with
+/// the surface in the frames that show this set and an empty mesh in all others. So programs that
+/// read material bindings only once, such as Blender, show the right materials.
+struct MeshSamples {
   std::string name;
   bool is_mixed = false;               ///< shows vertex colours
-  std::vector<std::size_t> materials;  ///< indices into the catalogue, each once; none if mixed
+  std::vector<std::size_t> materials;  ///< ascending indices into the catalogue; none if mixed
   TimeSamples visibility, extent, counts, indices, points, normals, normal_indices, velocities,
       colors, uvs, uv_indices, labels, roughness, metallic;
-  std::vector<TimeSamples> subsets;  ///< faces of each material, if there are several
+  std::vector<TimeSamples> subsets;  ///< faces of each material; empty if there is only one
 };
 
-/// Looks of an actor, in the order in which frames show them.
+/// Meshes of an actor, in the order in which frames show them.
 struct ActorSamples {
   std::string name;  ///< unique name of the actor's prim
-  std::vector<LookSamples> looks;
-  std::size_t current_look = 0;  ///< index of the look in the latest frame
+  std::vector<MeshSamples> meshes;
+  std::size_t current_mesh = 0;  ///< index of the mesh that the latest frame shows
 };
 
 class UsdWriter : public SurfaceWriter {
@@ -195,16 +196,16 @@ class UsdWriter : public SurfaceWriter {
 
  private:
   Status add_actor(int frame, const SurfaceFrame& surface, ActorSamples& actor);
-  Status choose_look(const SurfaceFrame& surface, ActorSamples& actor);
-  Status add_surface(int frame, const SurfaceFrame& surface, LookSamples& look);
-  Status add_hidden(int frame, LookSamples& look);
-  Status add_subsets(int frame, const SurfaceFrame& surface, LookSamples& look);
+  Status choose_mesh(const SurfaceFrame& surface, ActorSamples& actor);
+  Status add_surface(int frame, const SurfaceFrame& surface, MeshSamples& mesh);
+  Status add_hidden(int frame, MeshSamples& mesh);
+  Status add_subsets(int frame, const SurfaceFrame& surface, MeshSamples& mesh);
   std::string format_header() const;
   std::string format_camera() const;
   std::string format_material(const std::string& name, const SurfaceMaterial& m) const;
-  void add_mesh(const ActorSamples& actor, const LookSamples& look,
+  void add_mesh(const ActorSamples& actor, const MeshSamples& mesh,
                 const std::vector<std::string>& label_names, std::vector<ByteSource>& out);
-  void add_mixed_material(const ActorSamples& actor, const LookSamples& look,
+  void add_mixed_material(const ActorSamples& actor, const MeshSamples& mesh,
                           std::vector<ByteSource>& out);
   Status end_runs();
   Status write_textures();
@@ -249,53 +250,55 @@ void index_corners(const SurfaceFrame& surface, const std::vector<T>& corners,
 }
 
 Status UsdWriter::add_actor(int frame, const SurfaceFrame& surface, ActorSamples& actor) {
-  PM_TRY_STATUS(choose_look(surface, actor));
-  for (std::size_t i = 0; i < actor.looks.size(); ++i)
-    PM_TRY_STATUS(i == actor.current_look ? add_surface(frame, surface, actor.looks[i])
-                                          : add_hidden(frame, actor.looks[i]));
+  PM_TRY_STATUS(choose_mesh(surface, actor));
+  for (std::size_t i = 0; i < actor.meshes.size(); ++i)
+    PM_TRY_STATUS(i == actor.current_mesh ? add_surface(frame, surface, actor.meshes[i])
+                                          : add_hidden(frame, actor.meshes[i]));
   return Ok{};
 }
 
-/// Finds a surface's look among the actor's, or adds it. Empty surfaces keep the latest look.
-Status UsdWriter::choose_look(const SurfaceFrame& surface, ActorSamples& actor) {
-  if (surface.triangles.empty() && !actor.looks.empty()) return Ok{};
+/// Makes the actor's mesh with the surface's set of materials the current one; adds it if it is
+/// new. The mesh does not change for an empty surface.
+Status UsdWriter::choose_mesh(const SurfaceFrame& surface, ActorSamples& actor) {
+  if (surface.triangles.empty() && !actor.meshes.empty()) return Ok{};
   std::vector<std::size_t> materials;
   if (!surface.is_mixed) {
     materials = catalog_.add(surface.materials);
     std::sort(materials.begin(), materials.end());
     materials.erase(std::unique(materials.begin(), materials.end()), materials.end());
   }
-  const auto found =
-      std::find_if(actor.looks.begin(), actor.looks.end(), [&](const LookSamples& look) {
-        return look.is_mixed == surface.is_mixed && look.materials == materials;
+  const auto existing =
+      std::find_if(actor.meshes.begin(), actor.meshes.end(), [&](const MeshSamples& mesh) {
+        return mesh.is_mixed == surface.is_mixed && mesh.materials == materials;
       });
-  actor.current_look = static_cast<std::size_t>(found - actor.looks.begin());
-  if (found != actor.looks.end()) return Ok{};
-  LookSamples& look = actor.looks.emplace_back();
-  look.is_mixed = surface.is_mixed;
-  look.materials = materials;
+  actor.current_mesh = static_cast<std::size_t>(existing - actor.meshes.begin());
+  if (existing != actor.meshes.end()) return Ok{};
+  MeshSamples& mesh = actor.meshes.emplace_back();
+  mesh.is_mixed = surface.is_mixed;
+  mesh.materials = materials;
   const std::string name =
       materials.empty() ? "surface" : catalog_.materials[materials.front()].name;
-  look.name = name;
+  mesh.name = name;
   const auto is_taken = [&] {
-    return std::any_of(actor.looks.begin(), actor.looks.end() - 1,
-                       [&](const LookSamples& other) { return other.name == look.name; });
+    return std::any_of(actor.meshes.begin(), actor.meshes.end() - 1,
+                       [&](const MeshSamples& other) { return other.name == mesh.name; });
   };
-  for (int i = 2; is_taken(); ++i) look.name = fmt::format("{}_{}", name, i);
-  look.subsets.resize(materials.size() > 1 ? materials.size() : 0);
-  // The new look's mesh is empty in all earlier frames.
-  if (!frames_.empty()) PM_TRY_STATUS(add_hidden(frames_.front(), look));
-  if (frames_.size() > 1) PM_TRY_STATUS(add_hidden(frames_.back(), look));
+  for (int i = 2; is_taken(); ++i) mesh.name = fmt::format("{}_{}", name, i);
+  mesh.subsets.resize(materials.size() > 1 ? materials.size() : 0);
+  // The new mesh is empty in all earlier frames.
+  if (!frames_.empty()) PM_TRY_STATUS(add_hidden(frames_.front(), mesh));
+  if (frames_.size() > 1) PM_TRY_STATUS(add_hidden(frames_.back(), mesh));
   return Ok{};
 }
 
-/// Adds an empty, invisible mesh. It is empty because not every program reads animated visibility.
-Status UsdWriter::add_hidden(int frame, LookSamples& look) {
-  return add_surface(frame, SurfaceFrame{}, look);
+/// Hides a mesh at a frame: makes it invisible and, as not every program reads animated visibility,
+/// empty.
+Status UsdWriter::add_hidden(int frame, MeshSamples& mesh) {
+  return add_surface(frame, SurfaceFrame{}, mesh);
 }
 
-/// Adds the values of all attributes of a look's mesh at a frame.
-Status UsdWriter::add_surface(int frame, const SurfaceFrame& surface, LookSamples& look) {
+/// Adds the values of all attributes of a mesh at a frame.
+Status UsdWriter::add_surface(int frame, const SurfaceFrame& surface, MeshSamples& mesh) {
   std::vector<std::uint32_t> indices;
   for (const Triangle& t : surface.triangles) indices.insert(indices.end(), t.v, t.v + 3);
   Vec3 low, high;
@@ -307,29 +310,30 @@ Status UsdWriter::add_surface(int frame, const SurfaceFrame& surface, LookSample
   std::vector<Vec3> velocities = surface.velocities;
   velocities.resize(surface.positions.size());
   const std::vector<int> counts(surface.triangles.size(), 3);
-  PM_TRY_STATUS(look.visibility.add(
+  PM_TRY_STATUS(mesh.visibility.add(
       frame, surface.triangles.empty() ? "\"invisible\"" : "\"inherited\"", spool_));
-  PM_TRY_STATUS(look.extent.add(frame, format_exact(std::vector<Vec3>{low, high}), spool_));
-  PM_TRY_STATUS(look.counts.add(frame, format_exact(counts), spool_));
+  PM_TRY_STATUS(mesh.extent.add(frame, format_exact(std::vector<Vec3>{low, high}), spool_));
+  PM_TRY_STATUS(mesh.counts.add(frame, format_exact(counts), spool_));
   const std::string points_of_corners = format_exact(indices);
-  PM_TRY_STATUS(look.indices.add(frame, points_of_corners, spool_));
-  PM_TRY_STATUS(look.points.add(frame, format_exact(surface.positions), spool_));
-  // Normals per point are indexed like the points if any frame has normals per corner.
+  PM_TRY_STATUS(mesh.indices.add(frame, points_of_corners, spool_));
+  PM_TRY_STATUS(mesh.points.add(frame, format_exact(surface.positions), spool_));
+  // If any frame has normals per corner, normals have indices in all frames; those of normals per
+  // point are the indices of the points.
   if (surface.corner_normals.empty()) {
-    PM_TRY_STATUS(look.normals.add(frame, format_rounded(surface.normals), spool_));
+    PM_TRY_STATUS(mesh.normals.add(frame, format_rounded(surface.normals), spool_));
     if (sequence_.has_corner_normals)
-      PM_TRY_STATUS(look.normal_indices.add(
+      PM_TRY_STATUS(mesh.normal_indices.add(
           frame, surface.normals.empty() ? "[]" : points_of_corners, spool_));
   } else {
     std::vector<Vec3> normals;
     std::vector<std::uint32_t> normal_indices;
     index_corners(surface, surface.corner_normals, normals, normal_indices);
-    PM_TRY_STATUS(look.normals.add(frame, format_rounded(normals), spool_));
-    PM_TRY_STATUS(look.normal_indices.add(frame, format_exact(normal_indices), spool_));
+    PM_TRY_STATUS(mesh.normals.add(frame, format_rounded(normals), spool_));
+    PM_TRY_STATUS(mesh.normal_indices.add(frame, format_exact(normal_indices), spool_));
   }
-  PM_TRY_STATUS(look.velocities.add(frame, format_rounded(velocities), spool_));
-  PM_TRY_STATUS(look.colors.add(frame, format_rounded(surface.colors), spool_));
-  PM_TRY_STATUS(look.labels.add(frame, format_exact(surface.labels), spool_));
+  PM_TRY_STATUS(mesh.velocities.add(frame, format_rounded(velocities), spool_));
+  PM_TRY_STATUS(mesh.colors.add(frame, format_rounded(surface.colors), spool_));
+  PM_TRY_STATUS(mesh.labels.add(frame, format_exact(surface.labels), spool_));
   std::vector<Vec2> uvs;
   std::vector<std::uint32_t> uv_indices;
   index_corners(surface, surface.corner_uvs, uvs, uv_indices);
@@ -339,28 +343,28 @@ Status UsdWriter::add_surface(int frame, const SurfaceFrame& surface, LookSample
     uvs.emplace_back();
     uv_indices.assign(3 * surface.triangles.size(), 0);
   }
-  PM_TRY_STATUS(look.uvs.add(frame, format_exact(uvs), spool_));
-  PM_TRY_STATUS(look.uv_indices.add(frame, format_exact(uv_indices), spool_));
-  return add_subsets(frame, surface, look);
+  PM_TRY_STATUS(mesh.uvs.add(frame, format_exact(uvs), spool_));
+  PM_TRY_STATUS(mesh.uv_indices.add(frame, format_exact(uv_indices), spool_));
+  return add_subsets(frame, surface, mesh);
 }
 
-/// Adds the faces of each material, or the roughness and metalness of a mixture.
-Status UsdWriter::add_subsets(int frame, const SurfaceFrame& surface, LookSamples& look) {
-  std::vector<std::vector<std::uint32_t>> faces(look.subsets.size());
+/// Adds the faces of each material if there are several, or a mixture's roughness and metalness.
+Status UsdWriter::add_subsets(int frame, const SurfaceFrame& surface, MeshSamples& mesh) {
+  std::vector<std::vector<std::uint32_t>> faces(mesh.subsets.size());
   if (!faces.empty() && !surface.triangles.empty()) {
     const std::vector<std::size_t> materials = catalog_.add(surface.materials);
     for (std::uint32_t t = 0; t < surface.triangles.size(); ++t) {
-      const auto at = std::lower_bound(look.materials.begin(), look.materials.end(),
+      const auto at = std::lower_bound(mesh.materials.begin(), mesh.materials.end(),
                                        materials[surface.triangle_materials[t]]);
-      faces[static_cast<std::size_t>(at - look.materials.begin())].push_back(t);
+      faces[static_cast<std::size_t>(at - mesh.materials.begin())].push_back(t);
     }
   }
   for (std::size_t m = 0; m < faces.size(); ++m)
-    PM_TRY_STATUS(look.subsets[m].add(frame, format_exact(faces[m]), spool_));
-  if (!look.is_mixed) return Ok{};
+    PM_TRY_STATUS(mesh.subsets[m].add(frame, format_exact(faces[m]), spool_));
+  if (!mesh.is_mixed) return Ok{};
   const SurfaceMaterial& mixture = surface.mixture;
-  PM_TRY_STATUS(look.roughness.add(frame, fmt::format("{:.6g}", mixture.roughness), spool_));
-  return look.metallic.add(frame, fmt::format("{:.6g}", mixture.metallic), spool_);
+  PM_TRY_STATUS(mesh.roughness.add(frame, fmt::format("{:.6g}", mixture.roughness), spool_));
+  return mesh.metallic.add(frame, fmt::format("{:.6g}", mixture.metallic), spool_);
 }
 
 std::string UsdWriter::format_header() const {
@@ -373,7 +377,8 @@ std::string UsdWriter::format_header() const {
 }
 
 std::string UsdWriter::format_camera() const {
-  constexpr float kAperture = 24;  // width in tenths of a scene unit, as USD's focal length
+  // Width in tenths of a scene unit, as the focal length, which is chosen for the field of view.
+  constexpr float kAperture = 24;
   const std::vector<FrameCamera>& cameras = sequence_.cameras;
   const float height = kAperture / cameras.front().aspect;
   // Formats an attribute: one value if it is constant, else time samples.
@@ -454,8 +459,8 @@ std::string UsdWriter::format_material(const std::string& name, const SurfaceMat
   return text + "        }\n\n";
 }
 
-/// Appends the material of mixed surfaces, whose colours are those of the points, to `out`.
-void UsdWriter::add_mixed_material(const ActorSamples& actor, const LookSamples& look,
+/// Appends a material of mixed surfaces to `out`. It shows the vertex colours.
+void UsdWriter::add_mixed_material(const ActorSamples& actor, const MeshSamples& mesh,
                                    std::vector<ByteSource>& out) {
   const std::string name = "points_of_" + actor.name, path = "/morph/materials/" + name;
   out.push_back(text(fmt::format(
@@ -466,9 +471,9 @@ void UsdWriter::add_mixed_material(const ActorSamples& actor, const LookSamples&
       "                color3f inputs:diffuseColor.connect = <{1}/color.outputs:result>\n"
       "                float inputs:roughness.timeSamples = {{\n",
       name, path)));
-  out.push_back(spool_.source(look.roughness.ranges()));
+  out.push_back(spool_.source(mesh.roughness.ranges()));
   out.push_back(text("                }\n                float inputs:metallic.timeSamples = {\n"));
-  out.push_back(spool_.source(look.metallic.ranges()));
+  out.push_back(spool_.source(mesh.metallic.ranges()));
   out.push_back(
       text("                }\n                token outputs:surface\n            }\n\n"
            "            def Shader \"color\"\n            {\n"
@@ -477,14 +482,14 @@ void UsdWriter::add_mixed_material(const ActorSamples& actor, const LookSamples&
            "                float3 outputs:result\n            }\n        }\n\n"));
 }
 
-/// Appends the Mesh prim of a look to `out`.
-void UsdWriter::add_mesh(const ActorSamples& actor, const LookSamples& look,
+/// Appends a Mesh prim to `out`.
+void UsdWriter::add_mesh(const ActorSamples& actor, const MeshSamples& mesh,
                          const std::vector<std::string>& label_names,
                          std::vector<ByteSource>& out) {
   // If there are several materials, they are assigned to subsets of the faces below.
-  const std::string material = look.is_mixed ? "points_of_" + actor.name
-                               : look.materials.size() == 1
-                                   ? catalog_.materials[look.materials.front()].name
+  const std::string material = mesh.is_mixed ? "points_of_" + actor.name
+                               : mesh.materials.size() == 1
+                                   ? catalog_.materials[mesh.materials.front()].name
                                    : "";
   out.push_back(text(fmt::format(
       "        def Mesh \"{}\" (\n            prepend apiSchemas = [\"MaterialBindingAPI\"]\n"
@@ -494,7 +499,7 @@ void UsdWriter::add_mesh(const ActorSamples& actor, const LookSamples& look,
       "            uniform token subsetFamily:materialBind:familyType = \"nonOverlapping\"\n"
       "            string[] primvars:labelNames = {} (\n                interpolation = "
       "\"constant\"\n            )\n",
-      look.name, quote(label_names))));
+      mesh.name, quote(label_names))));
   if (!material.empty())
     out.push_back(
         text(fmt::format("            rel material:binding = </morph/materials/{}>\n", material)));
@@ -508,7 +513,7 @@ void UsdWriter::add_mesh(const ActorSamples& actor, const LookSamples& look,
     out.push_back(spool_.source(samples.ranges()));
     out.push_back(text("            }\n"));
   };
-  // Writes an attribute of the topology, as a single value if it is constant.
+  // Writes an attribute of the topology, as a single value if the topology is constant.
   const auto put_topology = [&](const char* type, const char* name, const char* interpolation,
                                 const TimeSamples& samples) {
     if (!sequence_.constant_topology) {
@@ -522,24 +527,24 @@ void UsdWriter::add_mesh(const ActorSamples& actor, const LookSamples& look,
     out.push_back(
         text(fmt::format("            {} {} = {}{}\n", type, name, samples.last(), metadata)));
   };
-  put("token", "visibility", "", look.visibility);
-  put("float3[]", "extent", "", look.extent);
-  put_topology("int[]", "faceVertexCounts", "", look.counts);
-  put_topology("int[]", "faceVertexIndices", "", look.indices);
-  put("point3f[]", "points", "", look.points);
-  // Corner normals are indexed, since most frames are smooth and have one normal per point.
+  put("token", "visibility", "", mesh.visibility);
+  put("float3[]", "extent", "", mesh.extent);
+  put_topology("int[]", "faceVertexCounts", "", mesh.counts);
+  put_topology("int[]", "faceVertexIndices", "", mesh.indices);
+  put("point3f[]", "points", "", mesh.points);
+  // Corner normals are indexed, since in most frames all corners at a point share a normal.
   if (sequence_.has_corner_normals) {
-    put("normal3f[]", "primvars:normals", "faceVarying", look.normals);
-    put("int[]", "primvars:normals:indices", "", look.normal_indices);
+    put("normal3f[]", "primvars:normals", "faceVarying", mesh.normals);
+    put("int[]", "primvars:normals:indices", "", mesh.normal_indices);
   } else {
-    put("normal3f[]", "normals", "vertex", look.normals);
+    put("normal3f[]", "normals", "vertex", mesh.normals);
   }
-  put("vector3f[]", "velocities", "", look.velocities);
-  put("color3f[]", "primvars:displayColor", "vertex", look.colors);
-  put_topology("texCoord2f[]", "primvars:st", "faceVarying", look.uvs);
-  put_topology("int[]", "primvars:st:indices", "", look.uv_indices);
-  put("int[]", "primvars:label", "vertex", look.labels);
-  for (std::size_t m = 0; m < look.subsets.size(); ++m) {
+  put("vector3f[]", "velocities", "", mesh.velocities);
+  put("color3f[]", "primvars:displayColor", "vertex", mesh.colors);
+  put_topology("texCoord2f[]", "primvars:st", "faceVarying", mesh.uvs);
+  put_topology("int[]", "primvars:st:indices", "", mesh.uv_indices);
+  put("int[]", "primvars:label", "vertex", mesh.labels);
+  for (std::size_t m = 0; m < mesh.subsets.size(); ++m) {
     out.push_back(
         text(fmt::format("\n            def GeomSubset \"{0}\" (\n"
                          "                prepend apiSchemas = [\"MaterialBindingAPI\"]\n"
@@ -548,8 +553,8 @@ void UsdWriter::add_mesh(const ActorSamples& actor, const LookSamples& look,
                          "                uniform token familyName = \"materialBind\"\n"
                          "                rel material:binding = </morph/materials/{0}>\n"
                          "                int[] indices.timeSamples = {{\n",
-                         catalog_.materials[look.materials[m]].name)));
-    out.push_back(spool_.source(look.subsets[m].ranges()));
+                         catalog_.materials[mesh.materials[m]].name)));
+    out.push_back(spool_.source(mesh.subsets[m].ranges()));
     out.push_back(text("                }\n            }\n"));
   }
   out.push_back(text("        }\n\n"));
@@ -558,7 +563,7 @@ void UsdWriter::add_mesh(const ActorSamples& actor, const LookSamples& look,
 /// Ends the runs of equal values of all attributes.
 Status UsdWriter::end_runs() {
   for (ActorSamples& actor : actors_)
-    for (LookSamples& a : actor.looks) {
+    for (MeshSamples& a : actor.meshes) {
       for (TimeSamples* samples : {&a.visibility, &a.extent, &a.counts, &a.indices, &a.points,
                                    &a.normals, &a.normal_indices, &a.velocities, &a.colors, &a.uvs,
                                    &a.uv_indices, &a.labels, &a.roughness, &a.metallic})
@@ -585,14 +590,14 @@ Status UsdWriter::finish() {
   out.push_back(text(format_header()));
   for (std::size_t a = 0; a < actors_.size(); ++a) {
     out.push_back(text(fmt::format("    def Xform \"{}\"\n    {{\n", actors_[a].name)));
-    for (const LookSamples& look : actors_[a].looks)
-      add_mesh(actors_[a], look, sequence_.label_names[a], out);
+    for (const MeshSamples& mesh : actors_[a].meshes)
+      add_mesh(actors_[a], mesh, sequence_.label_names[a], out);
     out.push_back(text("    }\n\n"));
   }
   out.push_back(text(format_camera() + "    def Scope \"materials\"\n    {\n"));
   for (const ActorSamples& actor : actors_)
-    for (const LookSamples& look : actor.looks)
-      if (look.is_mixed) add_mixed_material(actor, look, out);
+    for (const MeshSamples& mesh : actor.meshes)
+      if (mesh.is_mixed) add_mixed_material(actor, mesh, out);
   for (const SurfaceMaterial& m : catalog_.materials)
     out.push_back(text(format_material(m.name, m)));
   out.push_back(text("    }\n}\n"));

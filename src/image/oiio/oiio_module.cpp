@@ -24,14 +24,14 @@ struct Decoded : PmOiioImage {
   std::vector<PmOiioAttribute> attribute_store;
   std::vector<std::string> part_texts;
   std::vector<const char*> part_pointers;
-  std::vector<unsigned char> id_store;
+  std::vector<unsigned char> is_id_store;
 };
 
 /// Pixels of a picture or of a part of an OpenEXR file.
 struct Part {
   int index = 0;         ///< index of the picture or part in the file
   OIIO::ImageSpec spec;  ///< layout, with the channels that split_large_ids() adds
-  std::vector<unsigned char> is_id_channel;  ///< per channel, PmOiioImage::ids
+  std::vector<unsigned char> is_id_channel;  ///< part of PmOiioImage::is_id_channel
   std::vector<float> pixels;  ///< data window; after to_display_window() the display window
 };
 
@@ -86,7 +86,8 @@ void add_display_entries(const OIIO::ImageSpec& spec, Decoded& image) {
     image.attribute_store.push_back({"Orientation", PM_OIIO_INT, nullptr, orientation, 0});
   const auto add = [&](const char* name, std::string text) {
     image.texts.push_back(std::make_unique<std::string>(std::move(text)));
-    image.attribute_store.push_back({name, PM_OIIO_STRING, image.texts.back()->c_str(), 0, 0});
+    image.attribute_store.push_back(
+        {name, PM_OIIO_STRING, image.texts.back()->c_str(), /*integer=*/0, /*real=*/0});
   };
   const OIIO::ParamValue* profile = spec.find_attribute("ICCProfile");
   if (profile && profile->datasize() > 0)
@@ -111,7 +112,8 @@ void add_attributes(const OIIO::ImageSpec& spec, Decoded& image) {
     const std::string name = entry.name().string();
     if (is_structural(name) || entry.nvalues() != 1 || known_names.count(name)) continue;
     image.texts.push_back(std::make_unique<std::string>(name));
-    PmOiioAttribute attribute{image.texts.back()->c_str(), PM_OIIO_INT, nullptr, 0, 0};
+    PmOiioAttribute attribute{image.texts.back()->c_str(), PM_OIIO_INT, /*text=*/nullptr,
+                              /*integer=*/0, /*real=*/0};
     if (entry.type() == OIIO::TypeString) {
       attribute.kind = PM_OIIO_STRING;
       image.texts.push_back(std::make_unique<std::string>(entry.get_string()));
@@ -281,7 +283,7 @@ std::vector<Part> list_joined_parts(OIIO::ImageInput& input, const OIIO::ImageSp
       parts.resize(1);
       break;
     }
-    parts.push_back({i, spec, {}, {}});
+    parts.push_back({i, spec, /*is_id_channel=*/{}, /*pixels=*/{}});
   }
   return parts;
 }
@@ -309,8 +311,8 @@ void join_parts(std::vector<Part> parts, Decoded& image) {
       known_names.insert(name);
       image.names.push_back(std::move(name));
     }
-    image.id_store.insert(image.id_store.end(), part.is_id_channel.begin(),
-                          part.is_id_channel.end());
+    image.is_id_store.insert(image.is_id_store.end(), part.is_id_channel.begin(),
+                             part.is_id_channel.end());
   }
   image.channels = static_cast<int>(image.names.size());
   if (parts.size() == 1) {
@@ -320,17 +322,18 @@ void join_parts(std::vector<Part> parts, Decoded& image) {
   const std::size_t count =
       static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
   image.pixel_store.resize(count * image.names.size());
-  std::size_t at = 0;
+  std::size_t first_channel = 0;  // of the part, in the returned image
   for (Part& part : parts) {
     const auto channels = static_cast<std::size_t>(part.spec.nchannels);
     for (std::size_t i = 0; i < count; ++i)
       std::copy_n(&part.pixels[i * channels], channels,
-                  &image.pixel_store[i * image.names.size() + at]);
-    at += channels;
+                  &image.pixel_store[i * image.names.size() + first_channel]);
+    first_channel += channels;
     part.pixels = {};
   }
 }
 
+/// Decodes the request's file into `image`, or sets why that failed.
 void decode(const PmOiioRequest& request, Decoded& image) {
   // Open the file, and list the parts to read.
   set_up_once();
@@ -345,7 +348,7 @@ void decode(const PmOiioRequest& request, Decoded& image) {
   if (spec.deep) return fail(image, PM_OIIO_BROKEN, "deep images are not read");
   if (!has_usable_size(spec)) return fail(image, PM_OIIO_BROKEN, "the header gives no usable size");
   const bool exr = std::strcmp(request.format, "openexr") == 0;
-  std::vector<Part> parts{{0, spec, {}, {}}};
+  std::vector<Part> parts{{/*index=*/0, spec, /*is_id_channel=*/{}, /*pixels=*/{}}};
   if (exr) parts = list_joined_parts(*input, spec);
   // Check the size of all parts before any pixels are read.
   double needed = 0;
@@ -377,7 +380,7 @@ void decode(const PmOiioRequest& request, Decoded& image) {
   join_parts(std::move(parts), image);
   for (const std::string& name : image.names) image.name_pointers.push_back(name.c_str());
   image.channel_names = image.name_pointers.data();
-  image.ids = image.id_store.data();
+  image.is_id_channel = image.is_id_store.data();
   image.pixels = image.pixel_store.data();
   image.integer_format = !exr && !spec.format.is_floating_point();
   image.straight_alpha = spec.get_int_attribute("oiio:UnassociatedAlpha") != 0;
