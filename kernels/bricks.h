@@ -94,6 +94,7 @@ struct CellFlags {
     return static_cast<int>((line[0] >> cell & 3u) | (line[1] >> cell & 3u) << 2 |
                             (line[2] >> cell & 3u) << 4 | (line[3] >> cell & 3u) << 6);
   }
+  /// Returns the number of triangles in the item's cells.
   PM_HD std::uint32_t triangles(const BrickTable& table) const {
     std::uint32_t count = 0;
     for (Word cells = mixed_cells(); cells != 0; cells &= cells - 1) {
@@ -110,7 +111,7 @@ using TeamCells = CellFlags<Team::kGroup == 1>;
 /// brick's points.
 struct AxisTables {
   alignas(64) float u[3][kBrickPoints], factor[3][kBrickPoints];
-  float base, limit;  ///< those of the ball
+  float base, limit;  ///< RoundBall::base and limit
 
   /// Fills as many entries of an axis as V has lanes, from index `at` on. `first`: the brick's
   /// first grid point.
@@ -136,7 +137,8 @@ struct LineTables {
   alignas(64) float q[kLines], product[kLines];
 };
 constexpr int kBallsPerBatch = 32;  ///< balls whose tables exist at the same time
-/// Maximum number of coarse points around a brick (sample_stride): 6^3, rounded up to whole packs.
+/// Maximum number of coarse points around a brick: 6^3 with the least
+/// ExtractSettings::sample_stride above 1, which is 2, rounded up to whole packs.
 constexpr int kMaxCoarse = 224;
 /// Vertices and triangles of the square across a crossed edge (cubes.h).
 constexpr int kFaceVertices = 4, kFaceTriangles = 2;
@@ -299,10 +301,10 @@ struct SampleBricks : CountBricks {
       const int gx = first.x + i % kBrickPoints, gy = first.y + i / kBrickPoints % kBrickPoints,
                 gz = first.z + i / kLines;
       const int cx = coarse(gx), cy = coarse(gy), cz = coarse(gz);
-      const float step = 1.0f / static_cast<float>(sample_stride);
-      const float tx = step * static_cast<float>(gx - sample_stride * cx),
-                  ty = step * static_cast<float>(gy - sample_stride * cy),
-                  tz = step * static_cast<float>(gz - sample_stride * cz);
+      const float inv_stride = 1.0f / static_cast<float>(sample_stride);
+      const float tx = inv_stride * static_cast<float>(gx - sample_stride * cx),
+                  ty = inv_stride * static_cast<float>(gy - sample_stride * cy),
+                  tz = inv_stride * static_cast<float>(gz - sample_stride * cz);
       const float* c = scratch.coarse + (cx - low.x) + n.x * ((cy - low.y) + n.y * (cz - low.z));
       const int dy = n.x, dz = n.x * n.y;
       const float a = lerp(lerp(c[0], c[1], tx), lerp(c[dy], c[dy + 1], tx), ty);
@@ -319,7 +321,7 @@ struct SampleBricks : CountBricks {
     return {entries.data + brick.begin, brick.count};
   }
   /// Returns the index of the coarse point at or below grid point g; coarse points are
-  /// `sample_stride` apart. The 4 makes the division round down for g < 0.
+  /// `sample_stride` apart. Adding 4 strides makes the division round down for g = -1, too.
   PM_HD int coarse(int g) const { return (g + sample_stride * 4) / sample_stride - 4; }
 
   /// Samples the field at all points of the brick.
@@ -328,6 +330,7 @@ struct SampleBricks : CountBricks {
     using V = typename Team::V;
     const Node brick = bricks[b];
     constexpr int kItems = kBrickValues / kRowsPerItem / Lanes<V>::kCount;
+    // A separable field adds the products of a batch of balls to all points before the next batch.
     if constexpr (F::kSeparable && Lanes<V>::kCount > kBrickPoints) {
       sample_columns<V>(scratch, brick, first);
     } else if constexpr (F::kSeparable) {
@@ -352,7 +355,7 @@ struct SampleBricks : CountBricks {
         team.sync();
       }
     } else {
-      const BrickField<F> field(grid, 0, brick, balls.data, entries.data,
+      const BrickField<F> field(grid, /*margin=*/0, brick, balls.data, entries.data,
                                 F::kCompactSupport ? nullptr : &far[b]);
       team.each(kItems, [&](int item) { sample<V>(field, first, item, scratch.values); });
       team.sync();
@@ -384,7 +387,7 @@ struct SampleBricks : CountBricks {
   PM_HD void fill_lines(const RoundBall& ball, Int3 first, LineTables& out) const {
     using Half = typename Lanes<V>::Half;
     AxisTables t;
-    for (int axis = 0; axis < 3; ++axis) t.template fill<Half>(ball, grid, first, axis, 0);
+    for (int axis = 0; axis < 3; ++axis) t.template fill<Half>(ball, grid, first, axis, /*at=*/0);
     Lanes<Half>::store(out.u, Lanes<Half>::load(t.u[0]));
     Lanes<Half>::store(out.factor, Lanes<Half>::load(t.factor[0]));
     out.limit = t.limit;
@@ -459,6 +462,7 @@ struct SampleBricks : CountBricks {
   template <class V>
   PM_HD void sample(const BrickField<F>& field, Int3 first, int item, float* to) const {
     constexpr int kLanes = Lanes<V>::kCount;
+    // The points of a pack have one y only if they are on one line.
     using Y = std::conditional_t<(kLinesOfPack<V> > 1), V, float>;
     const int x = point_offset<V>(item, 0) % kBrickPoints,
               line = point_offset<V>(item, 0) / kBrickPoints;
@@ -503,7 +507,8 @@ struct SampleBricks : CountBricks {
   }
 
   /// Bounds the difference between a value near iso and the computed sum over all balls: the
-  /// polynomial's error and the rounding of both sums. The sums have at most all_balls / 4 terms.
+  /// polynomial's error and the rounding of both sums. Rounding errors are multiples of 2^-24: 40
+  /// for a term, and 0.5 per ball for both sums, which have at most all_balls / 4 additions each.
   /// The absolute values of the terms add up to iso plus twice those of the negative terms.
   PM_HD float error_bound(const FarField& field) const {
     const float rounding = 0x1p-24f * (40.0f + 0.5f * static_cast<float>(all_balls.count));
@@ -511,7 +516,7 @@ struct SampleBricks : CountBricks {
                         field.error + field.rounding);
   }
 
-  /// Replaces values that differ from iso by at most `max_error` by sums over all balls: counts
+  /// Replaces values that differ from iso by at most `max_error` by sums over all balls. It counts
   /// these points per line, lists them, and evaluates them in packs.
   template <class Team>
   PM_HD void resample_uncertain_points(const Team& team, Scratch& scratch, float max_error,
@@ -542,7 +547,7 @@ struct SampleBricks : CountBricks {
     team.each((count + kLanes - 1) / kLanes, [&](int item) {
       alignas(64) float x[kLanes], y[kLanes], z[kLanes], value[kLanes];
       const auto point = [&](int l) {
-        const int i = item * kLanes + l;
+        const int i = item * kLanes + l;  // lanes beyond the last point repeat it
         return static_cast<int>(scratch.uncertain_points[i < count ? i : count - 1]);
       };
       for (int l = 0; l < kLanes; ++l) {
