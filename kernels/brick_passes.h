@@ -241,8 +241,8 @@ class MeshPasses {
 
   void allocate_vertices() {
     const std::int64_t* count = &work_.totals[kMaxLevels].first;
-    // Before the first mesh, a brick is guessed to have 100 vertices and (allocate_triangles()) 200
-    // triangles.
+    // Before the first frame, a brick is guessed to have 100 vertices, and in allocate_triangles()
+    // 200 triangles.
     const std::int64_t guess = guess_bricks(grid_) * 100;
     positions_ = backend_.output(mesh_.positions, work_.positions, count, guess);
     normals_ = backend_.output(mesh_.normals, work_.normals, count, guess);

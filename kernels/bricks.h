@@ -512,7 +512,7 @@ struct SampleBricks : CountBricks {
   /// The absolute values of the terms add up to iso plus twice those of the negative terms.
   PM_HD float error_bound(const FarField& field) const {
     const float rounding = 0x1p-24f * (40.0f + 0.5f * static_cast<float>(all_balls.count));
-    return 1.001f * fma(rounding, iso + 2 * (field.negative_weight_bound + field.size),
+    return 1.001f * fma(rounding, iso + 2 * (field.negative_weight_bound + field.magnitude),
                         field.error + field.rounding);
   }
 
