@@ -271,6 +271,7 @@ class MeshPasses {
                           /*triangles=*/{}};
     if constexpr (B::kHostMemory) {
       const std::int64_t count = *bricks.count, block = 8 * brick_block(backend_);
+      // Drops surplus triangles of an earlier, larger mesh.
       mesh_.triangles.resize(
           std::min(mesh_.triangles.size(), static_cast<std::size_t>(total->second)));
       std::int64_t emitted = 0;

@@ -240,7 +240,7 @@ struct CountBricks {
 template <class F>
 struct SampleBricks : CountBricks {
   static constexpr int kThreads = 128;
-  static constexpr int kRowsPerItem = 4;  ///< lines of points that share one loop over the balls
+  static constexpr int kPacksPerItem = 4;  ///< packs of points that share one loop over the balls
   struct Scratch : CountBricks::Scratch {
     union {
       alignas(64) AxisTables tables[F::kSeparable ? kBallsPerBatch : 1];
@@ -329,13 +329,13 @@ struct SampleBricks : CountBricks {
   PM_HD void sample_all(const Team& team, Scratch& scratch, std::int64_t b, Int3 first) const {
     using V = typename Team::V;
     const Node brick = bricks[b];
-    constexpr int kItems = kBrickValues / kRowsPerItem / Lanes<V>::kCount;
+    constexpr int kItems = kBrickValues / kPacksPerItem / Lanes<V>::kCount;
     // A separable field adds the products of a batch of balls to all points before the next batch.
     if constexpr (F::kSeparable && Lanes<V>::kCount > kBrickPoints) {
       sample_columns<V>(scratch, brick, first);
     } else if constexpr (F::kSeparable) {
       team.each(kItems, [&](int item) {
-        for (int r = 0; r < kRowsPerItem; ++r) {
+        for (int r = 0; r < kPacksPerItem; ++r) {
           Lanes<V>::store(scratch.values + point_offset<V>(item, r), broadcast<V>(0.0f));
         }
       });
@@ -420,13 +420,13 @@ struct SampleBricks : CountBricks {
     for (int x = 0; x < kBrickPoints; ++x) Lanes<V>::store(to + kLines * x, sum[x]);
   }
 
-  /// Returns the index of the first point of pack r of an item, which has kRowsPerItem packs. A
+  /// Returns the index of the first point of pack r of an item, which has kPacksPerItem packs. A
   /// pack is a part of a line, or as many whole lines as fill V.
   template <class V>
   PM_HD static int point_offset(int item, int r) {
     constexpr int kPacks = (kBrickPoints * kLinesOfPack<V>) / Lanes<V>::kCount;
     return item % kPacks * Lanes<V>::kCount +
-           kBrickPoints * kLinesOfPack<V> * (item / kPacks * kRowsPerItem + r);
+           kBrickPoints * kLinesOfPack<V> * (item / kPacks * kPacksPerItem + r);
   }
   /// Number of whole lines in a pack; 1 if a pack is a part of a line.
   template <class V>
@@ -438,27 +438,27 @@ struct SampleBricks : CountBricks {
   PM_HD static void add_products(Scratch& scratch, int n, int item) {
     const int start = point_offset<V>(item, 0);
     const int x = start % kBrickPoints, y = start / kBrickPoints % kBrickPoints, z = start / kLines;
-    V sum[kRowsPerItem];
-    for (int r = 0; r < kRowsPerItem; ++r) {
+    V sum[kPacksPerItem];
+    for (int r = 0; r < kPacksPerItem; ++r) {
       sum[r] = Lanes<V>::load(scratch.values + start + kBrickPoints * r);
     }
     for (int j = 0; j < n; ++j) {
       const AxisTables& t = scratch.tables[j];
       const V ux = Lanes<V>::load(t.u[0] + x), factor_x = Lanes<V>::load(t.factor[0] + x);
       const float q0 = fma(t.u[2][z], t.u[2][z], t.base);
-      for (int r = 0; r < kRowsPerItem; ++r) {
+      for (int r = 0; r < kPacksPerItem; ++r) {
         const V q = fma(ux, ux, broadcast<V>(fma(t.u[1][y + r], t.u[1][y + r], q0)));
         sum[r] = fma(zero_unless(q <= t.limit, factor_x),
                      broadcast<V>(t.factor[1][y + r] * t.factor[2][z]), sum[r]);
       }
     }
-    for (int r = 0; r < kRowsPerItem; ++r) {
+    for (int r = 0; r < kPacksPerItem; ++r) {
       Lanes<V>::store(scratch.values + start + kBrickPoints * r, sum[r]);
     }
   }
 
-  /// Samples the field at the kRowsPerItem packs of an item (point_offset()); all their points have
-  /// the same z.
+  /// Samples the field at the kPacksPerItem packs of an item (point_offset()); all their points
+  /// have the same z.
   template <class V>
   PM_HD void sample(const BrickField<F>& field, Int3 first, int item, float* to) const {
     constexpr int kLanes = Lanes<V>::kCount;
@@ -472,28 +472,28 @@ struct SampleBricks : CountBricks {
       line_offsets[l] = static_cast<float>(l / kBrickPoints);
     }
     const V px = grid.origin.x + grid.cell * Lanes<V>::load(xs);
-    Y py[kRowsPerItem];
-    for (int r = 0; r < kRowsPerItem; ++r) {
+    Y py[kPacksPerItem];
+    for (int r = 0; r < kPacksPerItem; ++r) {
       const int y = first.y + (line + kLinesOfPack<V> * r) % kBrickPoints;
       py[r] = grid.origin.y + grid.cell * (Lanes<Y>::load(line_offsets) + static_cast<float>(y));
     }
     const float pz = grid.origin.z + grid.cell * static_cast<float>(first.z + line / kBrickPoints);
-    V sum[kRowsPerItem], q[kRowsPerItem];
-    for (int r = 0; r < kRowsPerItem; ++r) sum[r] = broadcast<V>(0.0f);
+    V sum[kPacksPerItem], q[kPacksPerItem];
+    for (int r = 0; r < kPacksPerItem; ++r) sum[r] = broadcast<V>(0.0f);
     const std::uint32_t* list = field.list.indices;
     if constexpr (F::kCompactSupport) {
       for (std::uint32_t j = 0; j < field.list.count; ++j) {
         const typename F::Ball ball = field.balls[list[j]];
         ball.q_rows(px, py, pz, q);
-        for (int r = 0; r < kRowsPerItem; ++r) sum[r] = sum[r] + F::value(ball, q[r]);
+        for (int r = 0; r < kPacksPerItem; ++r) sum[r] = sum[r] + F::value(ball, q[r]);
       }
     } else {
       for (std::uint32_t j = 0; j < field.list.count; j += kBatch) {
         RoundBall batch[kBatch];
-        V batch_q[kBatch][kRowsPerItem];
+        V batch_q[kBatch][kPacksPerItem];
         load_batch(field.balls, list + j, field.list.count - j, batch);
         for (int i = 0; i < kBatch; ++i) batch[i].q_rows(px, py, pz, batch_q[i]);
-        for (int r = 0; r < kRowsPerItem; ++r) {
+        for (int r = 0; r < kPacksPerItem; ++r) {
           const V max_q = broadcast<V>(kMaxDistance2);
           const V qs[kBatch] = {min(batch_q[0][r], max_q), min(batch_q[1][r], max_q),
                                 min(batch_q[2][r], max_q), min(batch_q[3][r], max_q)};
@@ -501,9 +501,9 @@ struct SampleBricks : CountBricks {
         }
       }
       far_rows(field.far->value, field.box, px, py, pz, q);
-      for (int r = 0; r < kRowsPerItem; ++r) sum[r] = sum[r] + q[r];
+      for (int r = 0; r < kPacksPerItem; ++r) sum[r] = sum[r] + q[r];
     }
-    for (int r = 0; r < kRowsPerItem; ++r) Lanes<V>::store(to + point_offset<V>(item, r), sum[r]);
+    for (int r = 0; r < kPacksPerItem; ++r) Lanes<V>::store(to + point_offset<V>(item, r), sum[r]);
   }
 
   /// Bounds the difference between a value near iso and the computed sum over all balls: the
@@ -523,13 +523,13 @@ struct SampleBricks : CountBricks {
                                        Int3 first) const {
     using V = typename Team::V;
     constexpr int kLanes = Lanes<V>::kCount;
-    const auto is_sure = [&](float value) {
+    const auto is_certain = [&](float value) {
       return value > iso + max_error || value < iso - max_error;
     };
     team.each(kLines, [&](int line) {
       std::uint32_t count = 0;
       for (int x = 0; x < kBrickPoints; ++x) {
-        count += is_sure(scratch.values[kBrickPoints * line + x]) ? 0 : 1;
+        count += is_certain(scratch.values[kBrickPoints * line + x]) ? 0 : 1;
       }
       scratch.uncertain[line] = count;
     });
@@ -539,7 +539,7 @@ struct SampleBricks : CountBricks {
     team.each(kLines, [&](int line) {
       std::uint32_t slot = scratch.uncertain[line];
       for (int i = kBrickPoints * line; i < kBrickPoints * (line + 1); ++i) {
-        if (!is_sure(scratch.values[i]))
+        if (!is_certain(scratch.values[i]))
           scratch.uncertain_points[slot++] = static_cast<std::uint16_t>(i);
       }
     });

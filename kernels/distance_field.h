@@ -125,7 +125,7 @@ struct DistanceField {
     range(corners.x, origin.x, last.x, x);
     range(corners.y, origin.y, last.y, y);
     range(corners.z, origin.z, last.z, z);
-    // Of a box with more rows, the points of a brick read only some.
+    // A box with more rows is not prefetched, because the points of a brick read only some of them.
     constexpr int kMaxRows = 256;
     if ((y[1] - y[0]) * (z[1] - z[0]) > kMaxRows) return;
     constexpr int kLine = 16;  // floats in a cache line
@@ -150,7 +150,7 @@ struct DistanceField {
   }
 #endif
 
-  /// value() at the points of a brick (level_set.h).
+  /// Evaluates value() at the points of a brick (level_set.h).
   template <class V>
   struct BrickValues {
     const DistanceField& field;
@@ -196,7 +196,7 @@ struct DistanceField {
   }
 
  private:
-  /// Returns the same Slope from value() at each of the stencil's points.
+  /// Computes slope() from value() at p and at the six points around it.
   template <class V>
   PM_HD Slope<V> slope_by_values(const Points<V>& p, V detail) const {
     const auto difference = [&](float dx, float dy, float dz) {

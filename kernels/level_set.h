@@ -81,7 +81,8 @@ struct ClassifyNodes {
       bool has_rim = false;
       for (int l = 0; l < kLanes; ++l) {
         const Int3 at = child_position(parent, begin + l);
-        // A child beyond the lattice takes the box of one within it; exists() drops it later.
+        // A child beyond the tree's last cell takes the box of an existing one. operator() drops
+        // it.
         const Int3 n = level.nodes;
         const NodeBox box = node_box(grid, level.cells, /*margin=*/0,
                                      {at.x < n.x ? at.x : n.x - 1, at.y < n.y ? at.y : n.y - 1,

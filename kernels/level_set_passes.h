@@ -25,8 +25,8 @@
 namespace polymorph {
 
 /// Builds the tree from its roots to the bricks. On each level it finds the children that the
-/// surface can cross, numbers them, and writes them. Returns the bricks without their buffers
-/// (fit_bricks()).
+/// surface can cross, numbers them, and writes them. Returns the bricks, for which fit_bricks()
+/// then allocates buffers.
 template <class B, class Bounds>
 BrickViews find_level_set_bricks(Workspace<B>& work, const TreeShape& shape, const Grid& grid,
                                  const Bounds& bounds) {
@@ -181,12 +181,12 @@ void meet_landmarks(Workspace<B>& work, const Regression& regression, const Smoo
     positions.push_back(landmark.place);
   const auto count = static_cast<std::int64_t>(positions.size());
   const View<Vec3> at = work.landmark_positions.resize(work.backend, count);
-  const View<AttributeValues> uploaded_images =
+  const View<AttributeValues> device_images =
       work.landmark_values.resize(work.backend, regression.maps * count);
   work.backend.upload(at, positions.data());
-  work.backend.for_each(count, SampleMap{map, at, uploaded_images, regression.maps}, "regress");
-  std::vector<AttributeValues> images(static_cast<std::size_t>(uploaded_images.size));
-  work.backend.download(images.data(), uploaded_images);
+  work.backend.for_each(count, SampleMap{map, at, device_images, regression.maps}, "regress");
+  std::vector<AttributeValues> images(static_cast<std::size_t>(device_images.size));
+  work.backend.download(images.data(), device_images);
   const std::vector<LandmarkTerm> host_terms = find_landmark_terms(regression, images);
   const View<LandmarkTerm> terms = work.landmark_terms.resize(work.backend, count);
   work.backend.upload(terms, host_terms.data());

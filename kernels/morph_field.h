@@ -236,9 +236,9 @@ struct MorphBounds {
     const float radius = 1.001f * norm(half);
     const float max_change = radius * lipschitz * (affine_norm + norm(max_strain.maps)) + rounding;
     const float max_progress_change = radius * norm(max_strain.fourth[0]) + 1e-5f;
-    const float level_size = field.level < 0 ? -field.level : field.level;
+    const float abs_level = field.level < 0 ? -field.level : field.level;
     const float max_level_change =
-        level_size * (radius * norm(max_strain.fourth[1]) + 1e-5f) + rounding;
+        abs_level * (radius * norm(max_strain.fourth[1]) + 1e-5f) + rounding;
     const V min_progress = map_values[3] - max_progress_change,
             max_progress = map_values[3] + max_progress_change;
     const V min_blend = smoothstep(min_progress), max_blend = smoothstep(max_progress);

@@ -140,12 +140,13 @@ struct RegressNodes {
 };
 
 /// The three nodes along an axis that contribute at a coordinate, and their weights, per lane of V.
-/// With f, the distance from the middle node in spacings, the weights of a quadratic B-spline are
-/// (1/2 - f)^2 / 2, 3/4 - f^2 and (1/2 + f)^2 / 2.
+/// The weights of a quadratic B-spline are (1/2 - f)^2 / 2, 3/4 - f^2 and (1/2 + f)^2 / 2, where f
+/// in
+/// [-1/2, 1/2] is the offset from the middle node in spacings.
 template <class V>
 struct SplineAxisOf {
   decltype(to_index(V{})) middle;  ///< index of the second node, from 1 to nodes - 2
-  V weight[3], slope[3];           ///< slope: derivative of the weight, per spacing of nodes
+  V weight[3], slope[3];           ///< slope: derivative of the weight by f
 
   PM_HD SplineAxisOf(V p, float origin, float inv_spacing, int nodes) {
     const V u = (p - origin) * inv_spacing;
@@ -231,7 +232,7 @@ struct SmoothMap {
     affine[0] = regression.affine[0], affine[1] = regression.affine[1];
   }
 
-  /// Evaluates the eight values stencil points, without the affine maps.
+  /// Evaluates the eight values at points, without the affine maps.
   template <class V, class Columns = NodeColumns>
   PM_HD void spline(const Points<V>& p, V (&value)[kRegressionValues]) const {
     constexpr int kLanes = Lanes<V>::kCount;
@@ -379,7 +380,7 @@ struct BrickSpline {
         y(py, map.lattice.origin.y, map.inv_spacing, map.lattice.points.y),
         z(pz, map.lattice.origin.z, map.inv_spacing, map.lattice.points.z) {
     const int end = static_cast<int>(x.middle[kPoints - 1]) + 2;
-    // half_lines() loads four nodes at once, which must not reach beyond the row.
+    // line_of_four_nodes() loads four nodes at once, which must not reach beyond the row.
     const int lowest = static_cast<int>(x.middle[0]) - 1, last_four = map.lattice.points.x - 4;
     begin = lowest < last_four ? lowest : last_four;
     count = end - begin;
@@ -421,9 +422,9 @@ struct BrickSpline {
 #if defined(PM_WIDE_PACKS)
   void line(int line_y, int line_z, WidePack (&values)[kRegressionValues]) const {
     if (count <= 4) {
-      // Element i: values i and i + 4 of a line.
+      // Element i: values i and i + 4 of line line_y (low) or of the next one (high).
       WidePack low[4], high[4];
-      half_lines(line_y, line_z, low), half_lines(line_y + 1, line_z, high);
+      line_of_four_nodes(line_y, line_z, low), line_of_four_nodes(line_y + 1, line_z, high);
       for (int i = 0; i < 4; ++i) {
         values[i] = join_low_halves(low[i], high[i]);
         values[i + 4] = join_high_halves(low[i], high[i]);
@@ -451,7 +452,7 @@ struct BrickSpline {
 #if defined(PM_WIDE_PACKS)
   /// Evaluates a line to which at most four nodes along x contribute. values[i]: value i and, in
   /// the upper half, value i + 4 at the line's eight points.
-  void half_lines(int line_y, int line_z, WidePack (&values)[4]) const {
+  void line_of_four_nodes(int line_y, int line_z, WidePack (&values)[4]) const {
     float weights[9];
     WidePack low = {}, high = {};  // the 16 values of two columns each
     map.for_nodes(weigh_nodes(line_y, line_z, weights), [&](const float* node, int i) {
@@ -483,8 +484,10 @@ struct BrickSpline {
 
 /// Bounds of the spline's derivatives along each axis around a node, per scene unit.
 struct Strain {
-  Vec3 maps;       ///< the larger bound of both maps' first three values, without affine maps
-  Vec3 fourth[2];  ///< the bounds of each map's fourth value
+  /// Length of the derivative of a map's first three values (without the affine map) times
+  /// BoundStrain::scale, the larger one of both maps.
+  Vec3 maps;
+  Vec3 fourth[2];  ///< absolute derivative of each map's fourth value
 };
 
 /// Computes the Strain around each node from the differences to the next nodes, because the
