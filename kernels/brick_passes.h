@@ -120,7 +120,6 @@ struct SampledBricks {
   Source source;
 };
 
-/// Returns brick_table() in backend memory, after uploading it on the first call.
 template <class B>
 View<BrickTable> upload_table(Workspace<B>& work) {
   const View<BrickTable> view = work.table.resize(work.backend, 1);

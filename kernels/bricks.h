@@ -307,9 +307,10 @@ struct SampleBricks : CountBricks {
                   tz = inv_stride * static_cast<float>(gz - sample_stride * cz);
       const float* c = scratch.coarse + (cx - low.x) + n.x * ((cy - low.y) + n.y * (cz - low.z));
       const int dy = n.x, dz = n.x * n.y;
-      const float a = lerp(lerp(c[0], c[1], tx), lerp(c[dy], c[dy + 1], tx), ty);
-      const float b = lerp(lerp(c[dz], c[dz + 1], tx), lerp(c[dz + dy], c[dz + dy + 1], tx), ty);
-      scratch.values[i] = lerp(a, b, tz);
+      const float at_low_z = lerp(lerp(c[0], c[1], tx), lerp(c[dy], c[dy + 1], tx), ty);
+      const float at_high_z =
+          lerp(lerp(c[dz], c[dz + 1], tx), lerp(c[dz + dy], c[dz + dy + 1], tx), ty);
+      scratch.values[i] = lerp(at_low_z, at_high_z, tz);
     });
     team.sync();
   }
@@ -507,8 +508,8 @@ struct SampleBricks : CountBricks {
   }
 
   /// Bounds the difference between a value near iso and the computed sum over all balls: the
-  /// polynomial's error and the rounding of both sums. Rounding errors are multiples of 2^-24: 40
-  /// for a term, and 0.5 per ball for both sums, which have at most all_balls / 4 additions each.
+  /// polynomial's error and the rounding of both sums. In units of 2^-24, 0.5 per ball is for the
+  /// additions of both sums, which have at most all_balls / 4 terms each, and 40 for all else.
   /// The absolute values of the terms add up to iso plus twice those of the negative terms.
   PM_HD float error_bound(const FarField& field) const {
     const float rounding = 0x1p-24f * (40.0f + 0.5f * static_cast<float>(all_balls.count));

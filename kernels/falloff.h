@@ -149,8 +149,7 @@ struct alignas(16) EllipsoidBall {
         base);
   }
 
-  /// Returns u along x for the offset d from the centre. along_y() returns u along y; along z, u is
-  /// zz dz.
+  /// Returns u along x for the offset d from the centre; along z, u is zz dz.
   template <class V>
   PM_HD V along_x(V dx, V dy, V dz) const {
     return fma(broadcast<V>(xx), dx, fma(broadcast<V>(xy), dy, xz * dz));

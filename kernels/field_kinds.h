@@ -9,9 +9,7 @@
 //     value(ball, q): the contribution; 0 beyond ball.limit
 //     negated_derivative(ball, q): minus the derivative of value(), up to a positive factor common
 //       to all balls; 0 beyond ball.limit
-//     share(ball, q): the weight of the ball's attributes, which is value() without the cutoff, or
-//     0
-//       if that is negative
+//     share(ball, q): the weight of the ball's attributes, max(0, value() without the cutoff)
 //   for all other code, with the plain coordinate:
 //     coordinate(ball, d), coordinate_gradient(ball, d)
 //     log_value(ball, q): the logarithm of the contribution; log_slope(ball, q): its derivative

@@ -18,7 +18,6 @@
 
 namespace polymorph {
 
-/// Balls with less than this times the largest contribution at a point are left out there.
 constexpr float kMinShare = 1e-4f;
 
 /// Writes the interpolated values at kRun neighbouring points (a run). One team per run. A ball and

@@ -116,17 +116,21 @@ struct ClassifyNodes {
   template <class V, class Team>
   PM_HD bool can_cross_blocks(const Team& team, const NodeBox& box,
                               const typename Bounds::Local& local) const {
-    constexpr int kSide = 4, kBlocks = kSide * kSide * kSide, kLanes = Lanes<V>::kCount;
-    const Vec3 size = (1.0f / kSide) * (box.high - box.low);
+    constexpr int kBlocksAlongAxis = 4,
+                  kBlocks = kBlocksAlongAxis * kBlocksAlongAxis * kBlocksAlongAxis,
+                  kLanes = Lanes<V>::kCount;
+    const Vec3 size = (1.0f / kBlocksAlongAxis) * (box.high - box.low);
     float any = 0;  // 0 or 1, as a float for group_max()
     for (int i = static_cast<int>(team.group_rank()); i < kBlocks / kLanes && any == 0;
          i += static_cast<int>(team.kGroup)) {
       alignas(32) float x[kLanes], y[kLanes], z[kLanes];
       for (int l = 0; l < kLanes; ++l) {
         const int block = kLanes * i + l;
-        x[l] = box.low.x + size.x * (0.5f + static_cast<float>(block % kSide));
-        y[l] = box.low.y + size.y * (0.5f + static_cast<float>(block / kSide % kSide));
-        z[l] = box.low.z + size.z * (0.5f + static_cast<float>(block / (kSide * kSide)));
+        x[l] = box.low.x + size.x * (0.5f + static_cast<float>(block % kBlocksAlongAxis));
+        y[l] = box.low.y +
+               size.y * (0.5f + static_cast<float>(block / kBlocksAlongAxis % kBlocksAlongAxis));
+        z[l] = box.low.z +
+               size.z * (0.5f + static_cast<float>(block / (kBlocksAlongAxis * kBlocksAlongAxis)));
       }
       const Points<V> middles = {Lanes<V>::load(x), Lanes<V>::load(y), Lanes<V>::load(z)};
       if (bounds.crossing_boxes(middles, 0.5f * size, local, box.has_rim) != 0) any = 1;

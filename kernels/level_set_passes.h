@@ -85,8 +85,8 @@ void extract_level_set(Workspace<B>& work, const Field& field, const Bounds& bou
   });
 }
 
-/// Returns a generous upper bound, scene units, of all rounding errors of distances: 1e-4 cells of
-/// the surface's grid.
+/// Returns a generous bound, scene units, of all rounding errors of distances: 1e-4 cells of
+/// `grid`.
 inline float distance_rounding(const Grid& grid) { return 1e-4f * grid.cell; }
 
 /// Returns distances in backend memory, after uploading them unless they are there already. The
@@ -225,7 +225,6 @@ SmoothMap compute_map(Workspace<B>& work, const std::shared_ptr<const Regression
   return map;
 }
 
-/// Evaluates the map's images and fourth values at points, `maps` quadruples per point (SampleMap).
 template <class B>
 void sample_map(Workspace<B>& work, const std::shared_ptr<const Regression>& regression,
                 const std::vector<Vec3>& points, std::vector<AttributeValues>& values) {

@@ -37,8 +37,7 @@ struct RegressionSample {
   float deviation = 1;  ///< standard deviation of the narrow Gaussian, scene units, > 0
 };
 
-/// The affine map x -> R x + offset, where `rows` are the rows of the matrix R. The identity by
-/// default.
+/// The affine map x -> R x + offset, where R has the rows `rows`; the identity by default.
 struct AffineMap {
   Vec3 rows[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   Vec3 offset;
@@ -69,9 +68,8 @@ struct Regression {
   std::shared_ptr<const DistanceGrid> thinness[2];
 };
 
-/// Progress at which an object begins to lose its detail (the difference from its smoothed
-/// distances), and at which it has none left. In between, its share of detail falls as 1 -
-/// smoothstep.
+/// Progress at which an object begins to lose its detail (its distances less the smoothed ones),
+/// and at which it has none left. In between, its share of detail falls as 1 - smoothstep.
 struct DetailFade {
   float begin = 0.1f, end = 0.55f;
 };

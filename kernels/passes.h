@@ -50,7 +50,7 @@ template <class B>
 void extract_morph(Workspace<B>& work, const MorphSurface& surface, const Grid& grid,
                    const ExtractSettings& settings, Mesh& mesh);
 
-/// Evaluates the maps of a regression at points. `values`: one per map for each point.
+/// Evaluates the maps of a regression at points. `values`: `maps` per point, point by point.
 template <class B>
 void sample_map(Workspace<B>& work, const std::shared_ptr<const Regression>& regression,
                 const std::vector<Vec3>& points, std::vector<AttributeValues>& values);

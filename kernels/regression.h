@@ -23,8 +23,7 @@ namespace polymorph {
 constexpr int kRegressionValues = 8;  ///< per node: two quadruples
 /// Heights of the middle and of the wide Gaussian; that of the narrow one is 1.
 constexpr float kSecondHeight = 0.02f, kThirdHeight = 0.0005f;
-/// The least exponent, to base 2, of a wide Gaussian. Samples farther away get the weight that this
-/// exponent gives.
+/// The least exponent (base 2) of a wide Gaussian; farther samples get the weight of this one.
 constexpr float kMinKernelExponent = -120.0f;
 /// Factor of all kernels, which cancels. With it, kernels of the least exponent are not denormal.
 constexpr float kKernelScale = 0x1p40f;
@@ -33,8 +32,7 @@ constexpr float kKernelScale = 0x1p40f;
 struct KernelSample {
   Vec3 center;
   float falloff = 0;
-  /// kKernelScale times RegressionSample::mass times the height of the narrow, the middle and the
-  /// wide Gaussian.
+  /// kKernelScale times the sample's mass times the height of each Gaussian, the narrow one first.
   float mass = 0, second = 0, third = 0;
 };
 
@@ -43,8 +41,7 @@ struct KernelSample {
 /// are added in a fixed order.
 struct RegressNodes {
   static constexpr int kThreads = 256;
-  static constexpr int kNodes = 16, kChunks = 16,
-                       kSums = kRegressionValues + 1;  ///< the values', and that of the kernels
+  static constexpr int kNodes = 16, kChunks = 16, kSums = kRegressionValues + 1;
   struct Scratch {
     alignas(64) float sums[kChunks][kSums][kNodes];
     alignas(64) float x[kNodes], y[kNodes], z[kNodes];  ///< positions of the nodes

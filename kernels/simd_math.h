@@ -100,8 +100,7 @@ PM_HD inline float zero_unless(bool keep, float a) {
 /// Returns `a` if `first`, else `b`.
 PM_HD inline float select(bool first, float a, float b) { return first ? a : b; }
 
-/// Returns the smaller value, and `b` if either value is a NaN; max() returns the larger value, and
-/// `b` if either is a NaN.
+/// Returns the smaller value, max() the larger one. Both return `b` if either value is a NaN.
 PM_HD inline float min(float a, float b) { return a < b ? a : b; }
 PM_HD inline float max(float a, float b) { return a > b ? a : b; }
 

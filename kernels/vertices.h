@@ -108,7 +108,7 @@ struct BallVertexField {
     return Lanes<V>::bits(max(half_change, -half_change) <
                           broadcast<V>(0.5f * kFlat * field.far->error));
   }
-  /// Returns the sum over all balls in the lanes with a bit, `value` in the others.
+  /// Returns the sum over all balls in the lanes of the mask `lanes`, and `value` in the others.
   template <class V>
   PM_HD V exact_where(std::uint32_t lanes, V value, const Points<V>& at) const {
     if (F::kCompactSupport || lanes == 0) return value;
