@@ -79,7 +79,7 @@ struct BrickViews {
   View<Node> nodes;
   View<std::uint32_t> entries;  ///< the bricks' ball lists; empty for level sets
   View<FarField> far;           ///< per brick, where balls have infinite support; else empty
-  View<float> values;           ///< kBrickValues per brick of a block
+  View<float> values;           ///< kBrickValues per brick, on a CPU only for a block
   View<std::uint8_t> inside;    ///< kLines per brick
   View<std::uint32_t> rows;     ///< kRows per brick
   View<Counts> counts;          ///< per brick: its numbers of vertices and triangles

@@ -115,8 +115,8 @@ class BasicCpuBackend {
       }
       return {data_.get(), n};
     }
-    /// Allocates `per_item` elements for each of *count items. No guess is needed, because *count
-    /// is known when a CPU pass is called.
+    /// Allocates `per_item` elements for each of *count items. No guess is needed, because the pass
+    /// that computes *count has finished.
     View<T> fit(BasicCpuBackend& backend, const std::int64_t* count, std::int64_t per_item,
                 std::int64_t /*guess*/) {
       return resize(backend, *count * per_item);

@@ -197,8 +197,8 @@ struct MorphBounds {
     for (int axis = 0; axis < 3; ++axis) {
       const SplineAxis low_end(low[axis], origin[axis], field.map.inv_spacing, points[axis]);
       const SplineAxis high_end(high[axis], origin[axis], field.map.inv_spacing, points[axis]);
-      // An end has three nodes. One more is taken on each side, because rounding may assign a point
-      // to the next node.
+      // Three nodes contribute at each end of the box. One more is taken on each side, because
+      // rounding may assign a point to the next node.
       first[axis] = low_end.first > 0 ? low_end.first - 1 : 0;
       const int end = high_end.first + 4 < points[axis] ? high_end.first + 4 : points[axis];
       count[axis] = end - first[axis];
