@@ -260,8 +260,8 @@ class MeshPasses {
     backend_.for_teams(bricks.count, bricks.capacity, emit, "triangles");
   }
 
-  /// Emits in blocks, too, if the result is the caller's own memory: a new block of memory is
-  /// cleared when it is allocated, and is still in the caches when its triangles are written.
+  /// A CPU emits in blocks, too, because a new piece of the result's memory is cleared when it is
+  /// allocated, and is then still in the caches when its triangles are written.
   void emit_triangles(const BrickViews& bricks) {
     const Offsets* total = &work_.totals[kMaxLevels];
     EmitTriangles emit = {/*begin=*/0,     upload_table(work_), bricks.tree,
