@@ -6,7 +6,8 @@
 //     each_group(n, f) call f(0) to f(n - 1), each in one thread or in one group. group_sum(),
 //     group_max() and append() combine the values of a group's threads, scan() those of a team,
 //     add() those of all teams; sync() waits for the team's threads. group_rank() numbers a group's
-//     threads; leads_group(): rank 0. kParts teams share a node of the tree. V: float or a pack;
+//     threads; leads_group() tests for rank 0. kParts teams share a node of the tree. V is float or
+//     a pack;
 //   kManyRoots, kHostMemory; for_each(), for_teams(), scan();
 //   Buffer<T> with resize() and fit(); upload(), download(), output();
 //   start_frame(), everything_fitted(), finish_frame(); pass_times(), memory_used();

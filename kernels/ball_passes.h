@@ -57,7 +57,8 @@ inline float field_length(const std::vector<Ball>& balls) {
   return std::ldexp(1.0f, exponent);
 }
 
-/// The passes of one field, called by the three functions below.
+/// The passes for one set of balls. extract_balls(), sample_balls() and interpolate_balls() call
+/// them.
 template <class B, class F>
 class BallPasses {
  public:
@@ -104,17 +105,17 @@ class BallPasses {
     using Interpolate = InterpolateAttributes<F, V, kMaps>;
     prepare(/*shape=*/{});
     const auto n = static_cast<std::int64_t>(points.size());
-    const Offsets runs = {(n + Interpolate::kRun - 1) / Interpolate::kRun, 0};
+    const Offsets team_total = {(n + Interpolate::kRun - 1) / Interpolate::kRun, 0};
     // for_teams() reads the number of teams from backend memory.
     const View<Offsets> team_count = work_.totals_buffer.resize(backend_, kMaxLevels + 1);
     const View<BallAttribute> uploaded =
         work_.attributes.resize(backend_, static_cast<std::int64_t>(attributes.size()));
     const View<Vec3> at = work_.points.resize(backend_, n);
     const View<AttributeValues> out = work_.attribute_values.resize(backend_, kMaps * n);
-    backend_.upload(View<Offsets>{team_count.data, 1}, &runs);
+    backend_.upload(View<Offsets>{team_count.data, 1}, &team_total);
     backend_.upload(uploaded, attributes.data());
     backend_.upload(at, points.data());
-    backend_.for_teams(&team_count[0].first, runs.first,
+    backend_.for_teams(&team_count[0].first, team_total.first,
                        Interpolate{at, balls_, all_balls(), uploaded, out}, "interpolate");
     backend_.download(values.data(), out);
   }
@@ -164,7 +165,7 @@ class BallPasses {
                       "prepare");
   }
 
-  /// Walks the tree from its roots to the bricks. On each level it finds the children that the
+  /// Builds the tree from its roots to the bricks. On each level it finds the children that the
   /// surface can cross, numbers them, and writes them with their lists and far fields.
   BrickViews find_bricks(TreeShape shape, const Grid& grid) {
     std::vector<Level>& levels = shape.levels;
@@ -179,32 +180,32 @@ class BallPasses {
     View<Counts> sums = root_sums_;
     View<FarField> far = root_far_;
     View<std::uint32_t> entries = all_balls_;
-    // The guessed number of nodes of level l, 8 times that of the level above. Buffers per parent
-    // get room for twice the latter, guess / 4 + 1.
+    // The guessed number of nodes of level l. They have guess / 8 parents; buffers per parent are
+    // allocated for twice as many.
     std::int64_t guess = guess_top_nodes(grid, shape);
     for (std::size_t l = levels.size(); l-- > 0; guess *= 8) {
       const auto level = static_cast<std::int64_t>(l);
-      const std::int64_t* count = &work_.totals[level + 1].first;
+      const std::int64_t* parent_count = &work_.totals[level + 1].first;
       Offsets* total = &work_.totals[level];
       const View<std::uint32_t> child_entries =
-          work_.child_entries.fit(backend_, count, kChildren, guess / 4 + 1);
-      const View<Offsets> first = work_.first.fit(backend_, count, 1, guess / 4 + 1);
+          work_.child_entries.fit(backend_, parent_count, kChildren, guess / 4 + 1);
+      const View<Offsets> first = work_.first.fit(backend_, parent_count, 1, guess / 4 + 1);
       // The buffers of the passes differ in capacity; none is used beyond the smallest.
       std::int64_t capacity =
           std::min({parents.size, sums.size, child_entries.size / kChildren, first.size});
       if constexpr (!F::kCompactSupport) capacity = std::min(capacity, far.size);
-      backend_.for_teams(count, capacity,
+      backend_.for_teams(parent_count, capacity,
                          ClassifyChildren<F>{grid, settings_.iso, levels[l], parents, entries,
                                              balls_, child_entries, sums, far},
                          "bricks", B::Team::kParts);
-      backend_.scan({sums.data, capacity}, count, first, total, "bricks");
+      backend_.scan({sums.data, capacity}, parent_count, first, total, "bricks");
       const View<Node> nodes = work_.nodes[l].fit(backend_, &total->first, 1, guess);
       View<Counts> node_sums;
       if (l > 0) node_sums = work_.sums[l % 2].fit(backend_, &total->first, 1, guess);
-      // On the first call, room for 48 balls per node is guessed.
+      // Before the first frame, a node is guessed to have 48 balls.
       const View<std::uint32_t> node_entries =
           work_.entries[l % 2].fit(backend_, &total->second, 1, 48 * guess);
-      backend_.for_teams(count, capacity,
+      backend_.for_teams(parent_count, capacity,
                          FillChildren<F>{grid, levels[l], parents, entries, balls_, child_entries,
                                          first, nodes, node_sums, node_entries},
                          "bricks", B::Team::kParts);

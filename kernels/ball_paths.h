@@ -21,12 +21,13 @@ struct PathPart {
   double log_scale = 0;          ///< natural logarithm of the scaling
 };
 
-/// Position, scaling and rotation of a part at an eased time u. Springs may leave [0, 1].
+/// Position, scaling and rotation of a part at an eased time u.
 struct PartPose {
   Vec3d center;
   double scale = 1;
   Mat3 rotation;
 };
+/// Returns the pose at eased time u, which is outside [0, 1] where a spring overshoots.
 PM_HD inline PartPose part_pose_at(const PathPart& part, double u) {
   return {part.from_center * (1 - u) + part.to_center * u, exp_scalar(part.log_scale * u),
           exp_rotation(part.turn * u)};
@@ -52,6 +53,7 @@ struct BallPath {
   std::uint32_t part = 0;  ///< index in BallPaths::parts
   bool round = true;       ///< whether both ends are round
 };
+/// The paths of all balls, and the parts with which they move.
 struct BallPaths {
   std::vector<BallPath> balls;
   std::vector<PathPart> parts;
@@ -59,10 +61,11 @@ struct BallPaths {
 
 /// State of a motion that all balls share.
 struct MotionState {
-  float time = 0;       ///< [0, 1], not eased
-  float eased = 0;      ///< eased time of balls that have none of their own
-  double softness = 0;  ///< fraction of a and w that balls lose half way, to blend; [0, 1]
-  double drifted = 0;   ///< time for which the balls' drift acts, in durations of the motion
+  float time = 0;   ///< [0, 1], not eased
+  float eased = 0;  ///< eased time of balls that have none of their own
+  /// Fraction of a and w that balls lose half way, so that they blend better; [0, 1].
+  double softness = 0;
+  double drifted = 0;  ///< time for which the balls' drift acts, in durations of the motion
   /// True: balls fly from their start and, backwards in time, from their end; around half way one
   /// flight is blended into the other.
   bool thrown = false;
@@ -95,8 +98,9 @@ PM_HD constexpr double volume_at(const BallPath& path, double u) {
   return volume > min_volume ? volume : min_volume;
 }
 
-/// Returns the position of a ball `time` after its launch from `start`, in durations of the motion.
-/// A ball below the floor lands at the height of its start; balls stay where they land.
+/// Returns the position of a ball at `time`, in durations of the motion, after its launch from
+/// `start`. A ball lands on the floor or, if it starts below the floor, at the height of its start.
+/// It stays where it lands.
 PM_HD inline Vec3d flight_position(const MotionState& state, Vec3d start, Vec3d launch,
                                    double time) {
   const double drop = start.y > state.floor ? start.y - state.floor : 0.0;

@@ -72,22 +72,22 @@ inline std::int64_t guess_top_nodes(const Grid& grid, const TreeShape& shape) {
 /// Bricks with their values and counts, in backend memory.
 struct BrickViews {
   Tree tree;
-  const std::int64_t* count = nullptr;
+  const std::int64_t* count = nullptr;  ///< number of bricks
   /// Number of bricks that every view below can hold. Only `values` holds fewer if bricks are
   /// processed in blocks.
   std::int64_t capacity = std::numeric_limits<std::int64_t>::max();
   View<Node> nodes;
-  View<std::uint32_t> entries;
-  View<FarField> far;
-  View<float> values;
-  View<std::uint8_t> inside;
-  View<std::uint32_t> rows;
-  View<Counts> counts;
-  View<Offsets> first;  ///< first vertex and triangle of each brick
+  View<std::uint32_t> entries;  ///< the bricks' ball lists; empty for level sets
+  View<FarField> far;           ///< per brick, where balls have infinite support; else empty
+  View<float> values;           ///< kBrickValues per brick, on a CPU only for a block
+  View<std::uint8_t> inside;    ///< kLines per brick
+  View<std::uint32_t> rows;     ///< kRows per brick
+  View<Counts> counts;          ///< per brick: its numbers of vertices and triangles
+  View<Offsets> first;          ///< per brick: its first vertex and triangle
 };
 
-/// Returns the number of bricks in a block: 256 per thread, whose values take 0.5 MB, half of a
-/// core's second-level cache.
+/// Returns the number of bricks that a CPU samples before the next pass runs on them (a block): 256
+/// per thread, whose values take 0.5 MB, half of a core's second-level cache.
 template <class B>
 std::int64_t brick_block(const B& backend) {
   return 256 * backend.threads();
@@ -190,8 +190,8 @@ class MeshPasses {
                     "number");
       if (!places_vertices) return;
       allocate_vertices();
-      backend_.for_teams(bricks.count, bricks.capacity, place_vertices(sampled.source, bricks, 0),
-                         "vertices");
+      backend_.for_teams(bricks.count, bricks.capacity,
+                         place_vertices(sampled.source, bricks, /*begin=*/0), "vertices");
     }
   }
 
@@ -203,7 +203,8 @@ class MeshPasses {
     }
   }
 
-  /// Copies the mesh to the caller, if it is not there already.
+  /// Copies the mesh to the caller, unless the backend wrote it there. `sizes`: the mesh's numbers
+  /// of vertices and triangles.
   void download(Offsets sizes) {
     check_vertex_count(sizes.first);
     if (!settings_.download) return;
@@ -239,7 +240,8 @@ class MeshPasses {
 
   void allocate_vertices() {
     const std::int64_t* count = &work_.totals[kMaxLevels].first;
-    // The first guess is 100 vertices per brick, and 200 triangles below.
+    // Before the first frame, a brick is guessed to have 100 vertices, and in allocate_triangles()
+    // 200 triangles.
     const std::int64_t guess = guess_bricks(grid_) * 100;
     positions_ = backend_.output(mesh_.positions, work_.positions, count, guess);
     normals_ = backend_.output(mesh_.normals, work_.normals, count, guess);
@@ -258,15 +260,17 @@ class MeshPasses {
     backend_.for_teams(bricks.count, bricks.capacity, emit, "triangles");
   }
 
-  /// Emits in blocks, too, if the result is the caller's own memory: a new block of memory is
-  /// cleared when it is allocated, and is still in the caches when its triangles are written.
+  /// A CPU emits in blocks, too, because a new piece of the result's memory is cleared when it is
+  /// allocated, and is then still in the caches when its triangles are written.
   void emit_triangles(const BrickViews& bricks) {
     const Offsets* total = &work_.totals[kMaxLevels];
-    EmitTriangles emit = {0,           upload_table(work_), bricks.tree,  bricks.inside,
-                          bricks.rows, bricks.counts,       bricks.first, bricks.capacity,
-                          {}};
+    EmitTriangles emit = {/*begin=*/0,     upload_table(work_), bricks.tree,
+                          bricks.inside,   bricks.rows,         bricks.counts,
+                          bricks.first,    bricks.capacity,
+                          /*triangles=*/{}};
     if constexpr (B::kHostMemory) {
       const std::int64_t count = *bricks.count, block = 8 * brick_block(backend_);
+      // Drops surplus triangles of an earlier, larger mesh.
       mesh_.triangles.resize(
           std::min(mesh_.triangles.size(), static_cast<std::size_t>(total->second)));
       std::int64_t emitted = 0;
@@ -296,8 +300,8 @@ class MeshPasses {
   View<Triangle> triangles_;
 };
 
-/// Extracts a mesh. `find` finds the bricks and returns them as SampledBricks; it is called again
-/// if a buffer was too small.
+/// Extracts a mesh. `find` finds the bricks and returns them as SampledBricks. If a buffer was too
+/// small, all passes run again, `find` included.
 template <class B, class Find>
 void extract_bricks(Workspace<B>& work, const Grid& grid, const ExtractSettings& settings,
                     Mesh& mesh, const Find& find) {

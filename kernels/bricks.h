@@ -94,6 +94,7 @@ struct CellFlags {
     return static_cast<int>((line[0] >> cell & 3u) | (line[1] >> cell & 3u) << 2 |
                             (line[2] >> cell & 3u) << 4 | (line[3] >> cell & 3u) << 6);
   }
+  /// Returns the number of triangles in the item's cells.
   PM_HD std::uint32_t triangles(const BrickTable& table) const {
     std::uint32_t count = 0;
     for (Word cells = mixed_cells(); cells != 0; cells &= cells - 1) {
@@ -110,7 +111,7 @@ using TeamCells = CellFlags<Team::kGroup == 1>;
 /// brick's points.
 struct AxisTables {
   alignas(64) float u[3][kBrickPoints], factor[3][kBrickPoints];
-  float base, limit;  ///< those of the ball
+  float base, limit;  ///< RoundBall::base and limit
 
   /// Fills as many entries of an axis as V has lanes, from index `at` on. `first`: the brick's
   /// first grid point.
@@ -136,7 +137,8 @@ struct LineTables {
   alignas(64) float q[kLines], product[kLines];
 };
 constexpr int kBallsPerBatch = 32;  ///< balls whose tables exist at the same time
-/// Maximum number of coarse points around a brick (sample_stride): 6^3, rounded up to whole packs.
+/// Maximum number of coarse points around a brick: 6^3 with the least
+/// ExtractSettings::sample_stride above 1, which is 2, rounded up to whole packs.
 constexpr int kMaxCoarse = 224;
 /// Vertices and triangles of the square across a crossed edge (cubes.h).
 constexpr int kFaceVertices = 4, kFaceTriangles = 2;
@@ -238,7 +240,7 @@ struct CountBricks {
 template <class F>
 struct SampleBricks : CountBricks {
   static constexpr int kThreads = 128;
-  static constexpr int kRowsPerItem = 4;  ///< lines of points that share one loop over the balls
+  static constexpr int kPacksPerItem = 4;  ///< packs of points that share one loop over the balls
   struct Scratch : CountBricks::Scratch {
     union {
       alignas(64) AxisTables tables[F::kSeparable ? kBallsPerBatch : 1];
@@ -299,15 +301,16 @@ struct SampleBricks : CountBricks {
       const int gx = first.x + i % kBrickPoints, gy = first.y + i / kBrickPoints % kBrickPoints,
                 gz = first.z + i / kLines;
       const int cx = coarse(gx), cy = coarse(gy), cz = coarse(gz);
-      const float step = 1.0f / static_cast<float>(sample_stride);
-      const float tx = step * static_cast<float>(gx - sample_stride * cx),
-                  ty = step * static_cast<float>(gy - sample_stride * cy),
-                  tz = step * static_cast<float>(gz - sample_stride * cz);
+      const float inv_stride = 1.0f / static_cast<float>(sample_stride);
+      const float tx = inv_stride * static_cast<float>(gx - sample_stride * cx),
+                  ty = inv_stride * static_cast<float>(gy - sample_stride * cy),
+                  tz = inv_stride * static_cast<float>(gz - sample_stride * cz);
       const float* c = scratch.coarse + (cx - low.x) + n.x * ((cy - low.y) + n.y * (cz - low.z));
       const int dy = n.x, dz = n.x * n.y;
-      const float a = lerp(lerp(c[0], c[1], tx), lerp(c[dy], c[dy + 1], tx), ty);
-      const float b = lerp(lerp(c[dz], c[dz + 1], tx), lerp(c[dz + dy], c[dz + dy + 1], tx), ty);
-      scratch.values[i] = lerp(a, b, tz);
+      const float at_low_z = lerp(lerp(c[0], c[1], tx), lerp(c[dy], c[dy + 1], tx), ty);
+      const float at_high_z =
+          lerp(lerp(c[dz], c[dz + 1], tx), lerp(c[dz + dy], c[dz + dy + 1], tx), ty);
+      scratch.values[i] = lerp(at_low_z, at_high_z, tz);
     });
     team.sync();
   }
@@ -319,7 +322,7 @@ struct SampleBricks : CountBricks {
     return {entries.data + brick.begin, brick.count};
   }
   /// Returns the index of the coarse point at or below grid point g; coarse points are
-  /// `sample_stride` apart. The 4 makes the division round down for g < 0.
+  /// `sample_stride` apart. Adding 4 strides makes the division round down for g = -1, too.
   PM_HD int coarse(int g) const { return (g + sample_stride * 4) / sample_stride - 4; }
 
   /// Samples the field at all points of the brick.
@@ -327,12 +330,13 @@ struct SampleBricks : CountBricks {
   PM_HD void sample_all(const Team& team, Scratch& scratch, std::int64_t b, Int3 first) const {
     using V = typename Team::V;
     const Node brick = bricks[b];
-    constexpr int kItems = kBrickValues / kRowsPerItem / Lanes<V>::kCount;
+    constexpr int kItems = kBrickValues / kPacksPerItem / Lanes<V>::kCount;
+    // A separable field adds the products of a batch of balls to all points before the next batch.
     if constexpr (F::kSeparable && Lanes<V>::kCount > kBrickPoints) {
       sample_columns<V>(scratch, brick, first);
     } else if constexpr (F::kSeparable) {
       team.each(kItems, [&](int item) {
-        for (int r = 0; r < kRowsPerItem; ++r) {
+        for (int r = 0; r < kPacksPerItem; ++r) {
           Lanes<V>::store(scratch.values + point_offset<V>(item, r), broadcast<V>(0.0f));
         }
       });
@@ -352,7 +356,7 @@ struct SampleBricks : CountBricks {
         team.sync();
       }
     } else {
-      const BrickField<F> field(grid, 0, brick, balls.data, entries.data,
+      const BrickField<F> field(grid, /*margin=*/0, brick, balls.data, entries.data,
                                 F::kCompactSupport ? nullptr : &far[b]);
       team.each(kItems, [&](int item) { sample<V>(field, first, item, scratch.values); });
       team.sync();
@@ -384,7 +388,7 @@ struct SampleBricks : CountBricks {
   PM_HD void fill_lines(const RoundBall& ball, Int3 first, LineTables& out) const {
     using Half = typename Lanes<V>::Half;
     AxisTables t;
-    for (int axis = 0; axis < 3; ++axis) t.template fill<Half>(ball, grid, first, axis, 0);
+    for (int axis = 0; axis < 3; ++axis) t.template fill<Half>(ball, grid, first, axis, /*at=*/0);
     Lanes<Half>::store(out.u, Lanes<Half>::load(t.u[0]));
     Lanes<Half>::store(out.factor, Lanes<Half>::load(t.factor[0]));
     out.limit = t.limit;
@@ -417,13 +421,13 @@ struct SampleBricks : CountBricks {
     for (int x = 0; x < kBrickPoints; ++x) Lanes<V>::store(to + kLines * x, sum[x]);
   }
 
-  /// Returns the index of the first point of pack r of an item, which has kRowsPerItem packs. A
+  /// Returns the index of the first point of pack r of an item, which has kPacksPerItem packs. A
   /// pack is a part of a line, or as many whole lines as fill V.
   template <class V>
   PM_HD static int point_offset(int item, int r) {
     constexpr int kPacks = (kBrickPoints * kLinesOfPack<V>) / Lanes<V>::kCount;
     return item % kPacks * Lanes<V>::kCount +
-           kBrickPoints * kLinesOfPack<V> * (item / kPacks * kRowsPerItem + r);
+           kBrickPoints * kLinesOfPack<V> * (item / kPacks * kPacksPerItem + r);
   }
   /// Number of whole lines in a pack; 1 if a pack is a part of a line.
   template <class V>
@@ -435,30 +439,31 @@ struct SampleBricks : CountBricks {
   PM_HD static void add_products(Scratch& scratch, int n, int item) {
     const int start = point_offset<V>(item, 0);
     const int x = start % kBrickPoints, y = start / kBrickPoints % kBrickPoints, z = start / kLines;
-    V sum[kRowsPerItem];
-    for (int r = 0; r < kRowsPerItem; ++r) {
+    V sum[kPacksPerItem];
+    for (int r = 0; r < kPacksPerItem; ++r) {
       sum[r] = Lanes<V>::load(scratch.values + start + kBrickPoints * r);
     }
     for (int j = 0; j < n; ++j) {
       const AxisTables& t = scratch.tables[j];
       const V ux = Lanes<V>::load(t.u[0] + x), factor_x = Lanes<V>::load(t.factor[0] + x);
       const float q0 = fma(t.u[2][z], t.u[2][z], t.base);
-      for (int r = 0; r < kRowsPerItem; ++r) {
+      for (int r = 0; r < kPacksPerItem; ++r) {
         const V q = fma(ux, ux, broadcast<V>(fma(t.u[1][y + r], t.u[1][y + r], q0)));
         sum[r] = fma(zero_unless(q <= t.limit, factor_x),
                      broadcast<V>(t.factor[1][y + r] * t.factor[2][z]), sum[r]);
       }
     }
-    for (int r = 0; r < kRowsPerItem; ++r) {
+    for (int r = 0; r < kPacksPerItem; ++r) {
       Lanes<V>::store(scratch.values + start + kBrickPoints * r, sum[r]);
     }
   }
 
-  /// Samples the field at the kRowsPerItem packs of an item (point_offset()); all their points have
-  /// the same z.
+  /// Samples the field at the kPacksPerItem packs of an item (point_offset()); all their points
+  /// have the same z.
   template <class V>
   PM_HD void sample(const BrickField<F>& field, Int3 first, int item, float* to) const {
     constexpr int kLanes = Lanes<V>::kCount;
+    // The points of a pack have one y only if they are on one line.
     using Y = std::conditional_t<(kLinesOfPack<V> > 1), V, float>;
     const int x = point_offset<V>(item, 0) % kBrickPoints,
               line = point_offset<V>(item, 0) / kBrickPoints;
@@ -468,28 +473,28 @@ struct SampleBricks : CountBricks {
       line_offsets[l] = static_cast<float>(l / kBrickPoints);
     }
     const V px = grid.origin.x + grid.cell * Lanes<V>::load(xs);
-    Y py[kRowsPerItem];
-    for (int r = 0; r < kRowsPerItem; ++r) {
+    Y py[kPacksPerItem];
+    for (int r = 0; r < kPacksPerItem; ++r) {
       const int y = first.y + (line + kLinesOfPack<V> * r) % kBrickPoints;
       py[r] = grid.origin.y + grid.cell * (Lanes<Y>::load(line_offsets) + static_cast<float>(y));
     }
     const float pz = grid.origin.z + grid.cell * static_cast<float>(first.z + line / kBrickPoints);
-    V sum[kRowsPerItem], q[kRowsPerItem];
-    for (int r = 0; r < kRowsPerItem; ++r) sum[r] = broadcast<V>(0.0f);
+    V sum[kPacksPerItem], q[kPacksPerItem];
+    for (int r = 0; r < kPacksPerItem; ++r) sum[r] = broadcast<V>(0.0f);
     const std::uint32_t* list = field.list.indices;
     if constexpr (F::kCompactSupport) {
       for (std::uint32_t j = 0; j < field.list.count; ++j) {
         const typename F::Ball ball = field.balls[list[j]];
         ball.q_rows(px, py, pz, q);
-        for (int r = 0; r < kRowsPerItem; ++r) sum[r] = sum[r] + F::value(ball, q[r]);
+        for (int r = 0; r < kPacksPerItem; ++r) sum[r] = sum[r] + F::value(ball, q[r]);
       }
     } else {
       for (std::uint32_t j = 0; j < field.list.count; j += kBatch) {
         RoundBall batch[kBatch];
-        V batch_q[kBatch][kRowsPerItem];
+        V batch_q[kBatch][kPacksPerItem];
         load_batch(field.balls, list + j, field.list.count - j, batch);
         for (int i = 0; i < kBatch; ++i) batch[i].q_rows(px, py, pz, batch_q[i]);
-        for (int r = 0; r < kRowsPerItem; ++r) {
+        for (int r = 0; r < kPacksPerItem; ++r) {
           const V max_q = broadcast<V>(kMaxDistance2);
           const V qs[kBatch] = {min(batch_q[0][r], max_q), min(batch_q[1][r], max_q),
                                 min(batch_q[2][r], max_q), min(batch_q[3][r], max_q)};
@@ -497,34 +502,35 @@ struct SampleBricks : CountBricks {
         }
       }
       far_rows(field.far->value, field.box, px, py, pz, q);
-      for (int r = 0; r < kRowsPerItem; ++r) sum[r] = sum[r] + q[r];
+      for (int r = 0; r < kPacksPerItem; ++r) sum[r] = sum[r] + q[r];
     }
-    for (int r = 0; r < kRowsPerItem; ++r) Lanes<V>::store(to + point_offset<V>(item, r), sum[r]);
+    for (int r = 0; r < kPacksPerItem; ++r) Lanes<V>::store(to + point_offset<V>(item, r), sum[r]);
   }
 
   /// Bounds the difference between a value near iso and the computed sum over all balls: the
-  /// polynomial's error and the rounding of both sums. The sums have at most all_balls / 4 terms.
+  /// polynomial's error and the rounding of both sums. In units of 2^-24, 0.5 per ball is for the
+  /// additions of both sums, which have at most all_balls / 4 terms each, and 40 for all else.
   /// The absolute values of the terms add up to iso plus twice those of the negative terms.
   PM_HD float error_bound(const FarField& field) const {
     const float rounding = 0x1p-24f * (40.0f + 0.5f * static_cast<float>(all_balls.count));
-    return 1.001f * fma(rounding, iso + 2 * (field.negative_weight_bound + field.size),
+    return 1.001f * fma(rounding, iso + 2 * (field.negative_weight_bound + field.magnitude),
                         field.error + field.rounding);
   }
 
-  /// Replaces values that differ from iso by at most `max_error` by sums over all balls: counts
+  /// Replaces values that differ from iso by at most `max_error` by sums over all balls. It counts
   /// these points per line, lists them, and evaluates them in packs.
   template <class Team>
   PM_HD void resample_uncertain_points(const Team& team, Scratch& scratch, float max_error,
                                        Int3 first) const {
     using V = typename Team::V;
     constexpr int kLanes = Lanes<V>::kCount;
-    const auto is_sure = [&](float value) {
+    const auto is_certain = [&](float value) {
       return value > iso + max_error || value < iso - max_error;
     };
     team.each(kLines, [&](int line) {
       std::uint32_t count = 0;
       for (int x = 0; x < kBrickPoints; ++x) {
-        count += is_sure(scratch.values[kBrickPoints * line + x]) ? 0 : 1;
+        count += is_certain(scratch.values[kBrickPoints * line + x]) ? 0 : 1;
       }
       scratch.uncertain[line] = count;
     });
@@ -534,7 +540,7 @@ struct SampleBricks : CountBricks {
     team.each(kLines, [&](int line) {
       std::uint32_t slot = scratch.uncertain[line];
       for (int i = kBrickPoints * line; i < kBrickPoints * (line + 1); ++i) {
-        if (!is_sure(scratch.values[i]))
+        if (!is_certain(scratch.values[i]))
           scratch.uncertain_points[slot++] = static_cast<std::uint16_t>(i);
       }
     });
@@ -542,7 +548,7 @@ struct SampleBricks : CountBricks {
     team.each((count + kLanes - 1) / kLanes, [&](int item) {
       alignas(64) float x[kLanes], y[kLanes], z[kLanes], value[kLanes];
       const auto point = [&](int l) {
-        const int i = item * kLanes + l;
+        const int i = item * kLanes + l;  // lanes beyond the last point repeat it
         return static_cast<int>(scratch.uncertain_points[i < count ? i : count - 1]);
       };
       for (int l = 0; l < kLanes; ++l) {

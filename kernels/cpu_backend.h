@@ -90,6 +90,7 @@ struct CpuTeam {
   }
 };
 
+/// The CPU backend for packs V (Pack or WidePack); its members are those of backend_engine.h.
 template <class V>
 class BasicCpuBackend {
  public:
@@ -114,7 +115,8 @@ class BasicCpuBackend {
       }
       return {data_.get(), n};
     }
-    /// Makes room for `per_item` elements for each of *count items. The host knows *count by now.
+    /// Allocates `per_item` elements for each of *count items. No guess is needed, because the pass
+    /// that computes *count has finished.
     View<T> fit(BasicCpuBackend& backend, const std::int64_t* count, std::int64_t per_item,
                 std::int64_t /*guess*/) {
       return resize(backend, *count * per_item);
@@ -134,7 +136,7 @@ class BasicCpuBackend {
   template <class F>
   void for_each(std::int64_t n, const F& f, const char* name) {
     const PassTimer timer(*this, name);
-    for_ranges(n, 64, [&f](std::int64_t begin, std::int64_t end) {
+    for_ranges(n, /*max_grain=*/64, [&f](std::int64_t begin, std::int64_t end) {
       const F local = f;  // keeps constants in registers: they are not reloaded after each store
       for (std::int64_t i = begin; i < end; ++i) local(i);
     });
@@ -148,7 +150,7 @@ class BasicCpuBackend {
   void for_teams(const std::int64_t* count, std::int64_t /*limit*/, const F& f, const char* name,
                  int parts = 1) {
     const PassTimer timer(*this, name);
-    for_ranges(*count * parts, 16, [&f](std::int64_t begin, std::int64_t end) {
+    for_ranges(*count * parts, /*max_grain=*/16, [&f](std::int64_t begin, std::int64_t end) {
       const F local = f;
       typename F::Scratch scratch;
       for (std::int64_t i = begin; i < end; ++i) local(Team{}, scratch, i);
@@ -178,21 +180,22 @@ class BasicCpuBackend {
     std::copy(from.data, from.data + from.size, to);
   }
 
-  /// Returns the memory into which a pass writes *count elements of a result: the result itself.
+  /// Resizes a result to *count elements and returns its own memory, so that passes write there.
   template <class T>
   View<T> output(std::vector<T>& result, Buffer<T>&, const std::int64_t* count, std::int64_t) {
     claim_result(static_cast<std::size_t>(*count) * sizeof(T));
     result.resize(static_cast<std::size_t>(*count));
     return {result.data(), *count};
   }
-  /// Grows a result from `before` elements to `n`, about the given fraction of all elements.
-  /// Reserves room for all of them, so that later calls rarely copy.
+  /// Grows a result from `before` to `n` elements, which are about `fraction` of all elements that
+  /// it will have. Reserves memory for all of them, so that later calls rarely copy.
   template <class T>
   View<T> grow(std::vector<T>& result, std::int64_t before, std::int64_t n, double fraction) {
     claim_result(static_cast<std::size_t>(n - before) * sizeof(T));
     const auto size = static_cast<std::size_t>(n);
     if (size > result.capacity()) {
       const double all = static_cast<double>(n) / fraction;
+      // 25 % more, because `all` is an estimate until the last call.
       result.reserve(static_cast<std::size_t>(fraction < 1 ? 1.25 * all : all));
       advise_large_pages(result.data() + result.size(),
                          (result.capacity() - result.size()) * sizeof(T));
@@ -200,6 +203,7 @@ class BasicCpuBackend {
     if (size > result.size()) result.resize(size);
     return {result.data(), n};
   }
+  /// Does nothing, because output() and grow() return the result's own memory.
   template <class T>
   void download(std::vector<T>&, View<T>, std::int64_t) {}
 

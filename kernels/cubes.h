@@ -39,8 +39,8 @@ struct EmitCubes {
     team.each(kRows, [&](int r) {
       const std::uint32_t row = rows[b * kRows + r];
       const std::uint32_t flags = inside[b * kLines + line_of_row(r)];
-      // Each crossed edge has one square, so the count of crossed edges before this row (which
-      // other surfaces use for their vertices) numbers the row's first square.
+      // Each crossed edge has one square, so the row's first square has the number of crossed edges
+      // before this row. In marching cubes, this is the number of vertices before the row.
       std::int64_t face = vertices_before(row);
       for (std::uint32_t edges = row_edges(row); edges != 0; edges &= edges - 1, ++face) {
         // Bit 3 x + axis is the edge from point x along `axis`. Bricks begin one point before their

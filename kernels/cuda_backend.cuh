@@ -345,7 +345,7 @@ class CudaBackend {
     const auto size = [&](std::size_t chunk) {
       return std::min(kChunkBytes, bytes - chunk * kChunkBytes);
     };
-    const auto fetch = [&](std::size_t chunk) {
+    const auto start_transfer = [&](std::size_t chunk) {
       if (chunk >= chunks) return;
       check_cuda(
           cudaMemcpyAsync(staging_ + chunk % kChunks * kChunkBytes, source + chunk * kChunkBytes,
@@ -353,12 +353,12 @@ class CudaBackend {
           "download");
       check_cuda(cudaEventRecord(arrived_[chunk % kChunks], stream_), "download");
     };
-    for (std::size_t chunk = 0; chunk < kChunks; ++chunk) fetch(chunk);
+    for (std::size_t chunk = 0; chunk < kChunks; ++chunk) start_transfer(chunk);
     for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
       check_cuda(cudaEventSynchronize(arrived_[chunk % kChunks]), "download");
       parallel_copy(target + chunk * kChunkBytes, staging_ + chunk % kChunks * kChunkBytes,
                     size(chunk));
-      fetch(chunk + kChunks);
+      start_transfer(chunk + kChunks);
     }
   }
   /// Returns the memory into which a pass writes *count elements of a result: device memory, from

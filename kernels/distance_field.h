@@ -25,9 +25,9 @@ PM_HD V smoothstep_slope(V t) {
   return 6.0f * x * (1.0f - x);
 }
 
-/// Signed distances as a field of level_set.h, trilinear between the grid's points. At a distance b
-/// beyond the grid, where the nearest border point has the value d, the value is -sqrt(b^2 + d^2),
-/// so that the Lipschitz constant holds everywhere.
+/// Signed distances as a field of level_set.h, interpolated trilinearly between the grid's points.
+/// A point at a distance b from the grid, whose nearest point on the border has the value d, has
+/// the value -sqrt(b^2 + d^2), so that the Lipschitz constant holds everywhere.
 ///
 /// An object's detail is the difference between its distances and smoothed distances, which are
 /// optional. A morph fades it in and out (morph_field.h).
@@ -74,7 +74,7 @@ struct DistanceField {
     return mix_detail(detail, interpolate(values, position), smoothed);
   }
 
-  /// The least and the greatest value(p, detail) for `detail` in a range.
+  /// The least and the greatest value(p, detail) for `detail` between two fractions.
   template <class V>
   struct Range {
     V low, high;
@@ -100,15 +100,16 @@ struct DistanceField {
   PM_HD V detail_share(V progress) const {
     return smoothstep((fade_end - progress) * fade_scale);
   }
-  /// Returns the derivative of detail_share().
+  /// Returns the derivative of detail_share() by `progress`.
   template <class V>
   PM_HD V detail_share_slope(V progress) const {
     return -fade_scale * smoothstep_slope((fade_end - progress) * fade_scale);
   }
 
 #if defined(PM_PACKS)
-  /// Asks for the distances around a box with these corners, which will be read soon. The caches
-  /// hold few of them, and their rows and layers lie far apart.
+  /// Prefetches the distances in a box with these corners, which will be read soon: those with
+  /// detail, the smoothed ones, or both. Rows and layers lie far apart in memory, so that most
+  /// distances are not in the caches yet.
   void prefetch(const Points<Pack>& corners, bool detailed, bool smoothed) const {
     const auto range = [&](Pack p, float first, float last_point, int(&out)[2]) {
       const PackBits index = find_cell(p, first, last_point).index;
@@ -124,13 +125,14 @@ struct DistanceField {
     range(corners.x, origin.x, last.x, x);
     range(corners.y, origin.y, last.y, y);
     range(corners.z, origin.z, last.z, z);
-    // The points of a brick read only some of the rows of a larger box.
+    // A box with more rows is not prefetched, because the points of a brick read only some of them.
     constexpr int kMaxRows = 256;
     if ((y[1] - y[0]) * (z[1] - z[0]) > kMaxRows) return;
     constexpr int kLine = 16;  // floats in a cache line
     for (int k = z[0]; k <= z[1]; ++k) {
       for (int j = y[0]; j <= y[1]; ++j) {
         const std::int64_t at = std::int64_t{layer} * k + std::int64_t{row} * j;
+        // The last step takes the row's last value, which may lie in one cache line more.
         for (int i = x[0]; i < x[1] + kLine; i += kLine) {
           const std::int64_t point = at + (i < x[1] ? i : x[1]);
           if (detailed) prefetch_line(values + point);
@@ -142,13 +144,13 @@ struct DistanceField {
 #endif
 
 #if defined(PM_PACKS)
-  /// Asks for the distances that the points of a brick need.
-  void prefetch(const Grid& of_points, Int3 first) const {
-    prefetch(brick_corners(of_points, first), true, false);
+  /// Prefetches the distances that value(p) reads at the points of the brick from `first` on.
+  void prefetch(const Grid& point_grid, Int3 first) const {
+    prefetch(brick_corners(point_grid, first), /*detailed=*/true, /*smoothed=*/false);
   }
 #endif
 
-  /// value() at the points of a brick (level_set.h).
+  /// Evaluates value() at the points of a brick (level_set.h).
   template <class V>
   struct BrickValues {
     const DistanceField& field;
@@ -159,17 +161,17 @@ struct DistanceField {
     PM_HD V operator()(int item) const { return field.value(brick_points<V>(grid, first, item)); }
   };
 
-  /// value(p, detail), its gradient by central differences over two cells, and its derivative by
-  /// `detail`: the distance less the smoothed distance, 0 without smoothed distances.
+  /// The value(p, detail), its gradient by central differences over two cells, and its derivative
+  /// by `detail`, which is the distance less the smoothed one, or 0 without smoothed distances.
   template <class V>
   struct Slope {
     V value;
     Points<V> gradient;
-    V by_detail;
+    V detail_derivative;
   };
   template <class V>
   PM_HD Slope<V> slope(const Points<V>& p, V detail) const {
-    // A GPU's thread, which has one lane, has no registers for a stencil.
+    // V has one lane on a GPU, where a thread has too few registers for a stencil.
     if constexpr (Lanes<V>::kCount == 1) return slope_by_values(p, detail);
     const Stencil<V> stencil = stencil_at(p);
     V detailed[7], smoothed[7], mixed[7];
@@ -194,16 +196,18 @@ struct DistanceField {
   }
 
  private:
+  /// Computes slope() from value() at p and at the six points around it.
   template <class V>
   PM_HD Slope<V> slope_by_values(const Points<V>& p, V detail) const {
     const auto difference = [&](float dx, float dy, float dz) {
       const Points<V> high = {p.x + dx, p.y + dy, p.z + dz}, low = {p.x - dx, p.y - dy, p.z - dz};
       return (value(high, detail) - value(low, detail)) * (0.5f * inv_cell);
     };
-    const V by_detail = smooth ? value(p) - interpolate(smooth, locate(p)) : broadcast<V>(0.0f);
+    const V detail_derivative =
+        smooth ? value(p) - interpolate(smooth, locate(p)) : broadcast<V>(0.0f);
     return {value(p, detail),
             {difference(cell, 0, 0), difference(0, cell, 0), difference(0, 0, cell)},
-            by_detail};
+            detail_derivative};
   }
 
   template <class V>
@@ -215,8 +219,8 @@ struct DistanceField {
     return Lanes<V>::bits(detail > 0.0f) == 0;
   }
   /// Mixes distances and smoothed distances. Each lane must get the bits that it would get alone,
-  /// so lanes with no detail or with all of it skip the fma, which rounds and would turn -0 into
-  /// +0.
+  /// so lanes with no detail or with all of it do not take the result of the fma, which rounds and
+  /// would turn -0 into +0.
   template <class V>
   PM_HD static V mix_detail(V detail, V detailed, V smoothed) {
     const V mixed = select(detail > 0.0f, fma(detail, detailed - smoothed, smoothed), smoothed);
@@ -234,6 +238,7 @@ struct DistanceField {
   PM_HD AxisCell<V> find_cell(V p, float first, float last_point) const {
     const V u = (p - first) * inv_cell;
     const V clamped = min(max(u, broadcast<V>(0.0f)), broadcast<V>(last_point));
+    // Rounding u - 1/2 gives the cell of u or, at a point of the grid, either neighbouring cell.
     const V below = min(max(round_to_nearest(clamped - 0.5f), broadcast<V>(0.0f)),
                         broadcast<V>(last_point - 1));
     return {to_index(below), clamped - below, u - clamped};
@@ -262,7 +267,7 @@ struct DistanceField {
                      find_cell(p.z, origin.z, last.z));
   }
 
-  /// Interpolates trilinearly; beyond the grid, returns -sqrt(b^2 + d^2).
+  /// Interpolates `data` trilinearly; beyond the grid, returns -sqrt(b^2 + d^2).
   template <class V>
   PM_HD V interpolate(const float* data, const CellPosition<V>& position) const {
     const std::int32_t offsets[4] = {0, row, layer, layer + row};
@@ -270,8 +275,8 @@ struct DistanceField {
     gather_rows(data, position.index, offsets, rows);
     return interpolate(position, rows[0], rows[1], rows[2], rows[3]);
   }
-  /// Interpolates between the cell's corners: four pairs along x, at its lower and upper y and, for
-  /// `far_low` and `far_high`, at its upper z.
+  /// Interpolates between the cell's eight corners, which are four pairs along x: `low` and `high`
+  /// mean the cell's lower and upper y, `near` and `far` its lower and upper z.
   template <class V>
   PM_HD V interpolate(const CellPosition<V>& position, const V* near_low, const V* near_high,
                       const V* far_low, const V* far_high) const {
@@ -290,7 +295,7 @@ struct DistanceField {
   template <class V>
   struct Stencil {
     CellPosition<V> positions[7];
-    /// Adjacency of the six points' cells to that of p, in all lanes.
+    /// True if the six points' cells are the neighbours of the cell of p in all lanes.
     bool adjacent;
   };
   template <class V>
@@ -316,8 +321,8 @@ struct DistanceField {
                                   is_adjacent(5, layer)) == kAllLanes;
     return out;
   }
-  /// Interpolates at the points of a stencil. Adjacent cells share most of their corners, which are
-  /// loaded once.
+  /// Interpolates at the points of a stencil. Neighbouring cells share most of their corners, which
+  /// are loaded once. The comments below give corners relative to the lowest corner of p's cell.
   template <class V>
   PM_HD void interpolate(const float* data, const Stencil<V>& stencil, V (&out)[7]) const {
     const CellPosition<V>* at = stencil.positions;
@@ -325,22 +330,24 @@ struct DistanceField {
       for (int i = 0; i < 7; ++i) out[i] = interpolate(data, at[i]);
       return;
     }
-    // Four points along x, from the one before the cell on.
-    const std::int32_t longer[4] = {-1, row - 1, layer - 1, layer + row - 1};
-    V c[4][4];
-    gather_rows(data, at[0].index, longer, c);
-    out[0] = interpolate(at[0], c[0] + 1, c[1] + 1, c[2] + 1, c[3] + 1);
-    out[1] = interpolate(at[1], c[0] + 2, c[1] + 2, c[2] + 2, c[3] + 2);
-    out[2] = interpolate(at[2], c[0], c[1], c[2], c[3]);
+    // x = -1 to 2, in four rows: (y, z) = (0, 0), (1, 0), (0, 1), (1, 1).
+    const std::int32_t along_x[4] = {-1, row - 1, layer - 1, layer + row - 1};
+    V rows[4][4];
+    gather_rows(data, at[0].index, along_x, rows);
+    out[0] = interpolate(at[0], rows[0] + 1, rows[1] + 1, rows[2] + 1, rows[3] + 1);
+    out[1] = interpolate(at[1], rows[0] + 2, rows[1] + 2, rows[2] + 2, rows[3] + 2);
+    out[2] = interpolate(at[2], rows[0], rows[1], rows[2], rows[3]);
+    // x = 0 and 1, in four rows: (y, z) = (2, 0), (2, 1), (-1, 0), (-1, 1).
     const std::int32_t along_y[4] = {2 * row, layer + 2 * row, -row, layer - row};
-    V d[4][2];
-    gather_rows(data, at[0].index, along_y, d);
-    out[3] = interpolate(at[3], c[1] + 1, d[0], c[3] + 1, d[1]);
-    out[4] = interpolate(at[4], d[2], c[0] + 1, d[3], c[2] + 1);
+    V pairs[4][2];
+    gather_rows(data, at[0].index, along_y, pairs);
+    out[3] = interpolate(at[3], rows[1] + 1, pairs[0], rows[3] + 1, pairs[1]);
+    out[4] = interpolate(at[4], pairs[2], rows[0] + 1, pairs[3], rows[2] + 1);
+    // x = 0 and 1, in four rows: (y, z) = (0, 2), (1, 2), (0, -1), (1, -1).
     const std::int32_t along_z[4] = {2 * layer, 2 * layer + row, -layer, row - layer};
-    gather_rows(data, at[0].index, along_z, d);
-    out[5] = interpolate(at[5], c[2] + 1, c[3] + 1, d[0], d[1]);
-    out[6] = interpolate(at[6], d[2], d[3], c[0] + 1, c[1] + 1);
+    gather_rows(data, at[0].index, along_z, pairs);
+    out[5] = interpolate(at[5], rows[2] + 1, rows[3] + 1, pairs[0], pairs[1]);
+    out[6] = interpolate(at[6], pairs[2], pairs[3], rows[0] + 1, rows[1] + 1);
   }
 };
 
@@ -349,7 +356,7 @@ struct DistanceBounds {
   struct Local {};
   DistanceField field;
   float lipschitz = 1;
-  float rounding = 0;  ///< a generous bound of all rounding errors
+  float rounding = 0;  ///< distance_rounding() of the surface's grid
 
   template <class Team>
   PM_HD Local local(const Team&, const NodeBox&) const {
@@ -360,8 +367,8 @@ struct DistanceBounds {
                                      bool has_rim) const {
     const V distance = field.value(middle);
     const float max_change = 1.001f * lipschitz * sqrt(dot(half, half)) + rounding;
-    const std::uint32_t inside = Lanes<V>::bits(distance > -max_change);
-    return has_rim ? inside : inside & Lanes<V>::bits(distance <= max_change);
+    const std::uint32_t can_be_inside = Lanes<V>::bits(distance > -max_change);
+    return has_rim ? can_be_inside : can_be_inside & Lanes<V>::bits(distance <= max_change);
   }
 };
 

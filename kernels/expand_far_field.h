@@ -30,7 +30,8 @@ struct ExpandFarField {
     /// Coordinates of the points, in the units of a FarBall.
     alignas(32) float x[kFarPoints], y[kFarPoints], z[kFarPoints];
     alignas(32) float value[kFarPoints];
-    /// Partial sums of FarField's error, second_derivative_bound, size and negative_weight_bound:
+    /// Partial sums of FarField's error, second_derivative_bound, magnitude and
+    /// negative_weight_bound:
     /// terms[k][i] sums over entry i of each chunk, so that all backends add in the same order.
     alignas(32) float terms[4][kChunk];
     float sum[4];  ///< totals of `terms`
@@ -44,8 +45,8 @@ struct ExpandFarField {
   View<const FarField> parent_far;  ///< per parent
   View<FarField> out;               ///< per node
 
-  /// Starts from the parent's polynomial and adds the distant balls of the parent's list, chunk by
-  /// chunk. Then adds up the bounds; the factors 1.0001 allow for rounding.
+  /// Starts from the parent's polynomial, adds the distant balls of the parent's list chunk by
+  /// chunk, and then adds up the bounds. The factors 1.0001 allow for rounding.
   template <class Team>
   PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t n) const {
     using V = typename Team::V;
@@ -88,14 +89,14 @@ struct ExpandFarField {
     team.sync();
     team.each(1, [&](int) {
       const FarField& inherited = parent_far[node.parent];
-      const float size = inherited.size + scratch.sum[2];
-      // Bounds the rounding errors of the sums at the points, of the weights, and of the weighted
-      // sums; between the points each is at most 6.3 times as large.
+      const float magnitude = inherited.magnitude + scratch.sum[2];
+      // The relative bound of the rounding errors of the sums at the points, of the weights, and of
+      // the weighted sums; between the points each error is at most 6.3 times as large.
       const float rounding = 0x1p-24f * (1200.0f + 2.0f * static_cast<float>(parent.count));
       out[n].error = 1.0001f * (inherited.error + scratch.sum[0]);
-      out[n].rounding = fma(rounding, size, inherited.rounding);
+      out[n].rounding = fma(rounding, magnitude, inherited.rounding);
       out[n].second_derivative_bound = inherited.second_derivative_bound + 1.0001f * scratch.sum[1];
-      out[n].size = size;
+      out[n].magnitude = magnitude;
       out[n].negative_weight_bound = scratch.sum[3];
     });
   }

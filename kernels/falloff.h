@@ -25,6 +25,7 @@ namespace polymorph {
 
 constexpr int kBatch = 4;  ///< balls that share one division (sum_of_batch)
 
+/// Points, or vectors at points, one per lane of V.
 template <class V>
 struct Points {
   V x, y, z;
@@ -122,8 +123,8 @@ struct alignas(16) EllipsoidBall {
     const float dz = pz - z, uz = zz * dz, q0 = fma(uz, uz, base);
     for (int r = 0; r < N; ++r) {
       const Y dy = py[r] - y, uy = fma(broadcast<Y>(yy), dy, broadcast<Y>(yz * dz));
-      const Y ux_of_row = fma(broadcast<Y>(xy), dy, broadcast<Y>(xz * dz));
-      const V ux = fma(broadcast<V>(xx), dx, spread<V>(ux_of_row));
+      const Y row_term = fma(broadcast<Y>(xy), dy, broadcast<Y>(xz * dz));
+      const V ux = fma(broadcast<V>(xx), dx, spread<V>(row_term));
       out[r] = fma(ux, ux, spread<V>(fma(uy, uy, broadcast<Y>(q0))));
     }
   }
@@ -148,7 +149,7 @@ struct alignas(16) EllipsoidBall {
         base);
   }
 
-  /// Return u along x and along y, for the offset d from the centre; along z it is zz dz.
+  /// Returns u along x for the offset d from the centre; along z, u is zz dz.
   template <class V>
   PM_HD V along_x(V dx, V dy, V dz) const {
     return fma(broadcast<V>(xx), dx, fma(broadcast<V>(xy), dy, xz * dz));
@@ -163,9 +164,9 @@ struct alignas(16) EllipsoidBall {
 /// rounding error of the entries. Axes may differ by a factor of 1000.
 constexpr double kMinPivot = 1e-6;
 
-/// Computes the upper Cholesky factor M of scale * s (scale * s = M^T M), as xx, xy, xz, yy, yz,
-/// zz. Returns false if the matrix is not positive definite.
-PM_HD inline bool factor(const Sym3& s, double scale, double (&m)[6]) {
+/// Computes the upper Cholesky factor M of a shape times `scale` (scale * s = M^T M), as xx, xy,
+/// xz, yy, yz, zz. Returns false if the matrix is not positive definite (kMinPivot).
+PM_HD inline bool factor_shape(const Sym3& s, double scale, double (&m)[6]) {
   const double xx = scale * static_cast<double>(s.xx), yy = scale * static_cast<double>(s.yy),
                zz = scale * static_cast<double>(s.zz);
   if (!(xx > 0 && yy > 0 && zz > 0)) return false;
@@ -240,13 +241,14 @@ PM_HD inline void set_matrix(RoundBall& ball, const Sym3&, double scale) {
 }
 PM_HD inline void set_matrix(EllipsoidBall& ball, const Sym3& shape, double scale) {
   double m[6] = {1, 0, 0, 1, 0, 1};
-  factor(shape, scale, m);  // succeeds, because validate.h rejects other shapes
+  factor_shape(shape, scale, m);  // succeeds, because validate.h rejects other shapes
   ball.xx = static_cast<float>(m[0]), ball.xy = static_cast<float>(m[1]);
   ball.xz = static_cast<float>(m[2]), ball.yy = static_cast<float>(m[3]);
   ball.yz = static_cast<float>(m[4]), ball.zz = static_cast<float>(m[5]);
 }
 
-/// Loads the next four balls of a list. If `remaining` < 4, balls of weight 0 follow.
+/// Loads four balls, those of the first indices in `list`. If only `remaining` < 4 are left, balls
+/// of weight 0 take the other places.
 PM_HD inline void load_batch(const RoundBall* balls, const std::uint32_t* list,
                              std::uint32_t remaining, RoundBall (&out)[kBatch]) {
   for (std::uint32_t i = 0; i < kBatch; ++i) {

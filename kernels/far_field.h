@@ -57,11 +57,11 @@ struct FarField {
   float error;                    ///< bound of the polynomial's error anywhere in the box
   float rounding;                 ///< bound of its rounding, far below `error`
   float second_derivative_bound;  ///< sum of 3 |w| / near^2: half a bound of the second derivative
-  float size;                     ///< sum of |w| / near
+  float magnitude;                ///< sum of |w| / near
   float negative_weight_bound;  ///< sum of |w| / near over the balls of the node's list with w < 0
 };
 
-/// The box of a polynomial.
+/// The box in which a polynomial is used.
 struct FarBox {
   Vec3 middle, half, inverse;  ///< half: half the sides; inverse: 1 / half
 

@@ -33,12 +33,12 @@ struct BallList {
 template <class V>
 PM_HD inline Points<V> line_points(const Grid& grid, Int3 start) {
   const V x = Lanes<V>::iota() + static_cast<float>(start.x);
-  const Vec3 corner = grid_point(grid, start);
-  return {grid.origin.x + grid.cell * x, broadcast<V>(corner.y), broadcast<V>(corner.z)};
+  const Vec3 start_point = grid_point(grid, start);
+  return {grid.origin.x + grid.cell * x, broadcast<V>(start_point.y), broadcast<V>(start_point.z)};
 }
 
-/// Returns points of a brick whose first grid point is `first`: as many as V has lanes, which are a
-/// part of a line, or two lines. Point `lanes * item` of the brick is the first one.
+/// Returns as many points of a brick as V has lanes, from point `lanes * item` on: a part of a line
+/// along x, a whole line or two lines. `first`: the brick's lowest grid point.
 template <class V>
 PM_HD inline Points<V> brick_points(const Grid& grid, Int3 first, int item) {
   constexpr int kLanes = Lanes<V>::kCount;
@@ -56,7 +56,7 @@ PM_HD inline Points<V> brick_points(const Grid& grid, Int3 first, int item) {
 }
 
 #if defined(PM_PACKS)
-/// Returns the corners of a brick whose first grid point is `first`.
+/// Returns the eight corners of the brick whose lowest grid point is `first`.
 inline Points<Pack> brick_corners(const Grid& grid, Int3 first) {
   const Vec3 a = grid_point(grid, first),
              b = grid_point(grid,

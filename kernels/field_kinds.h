@@ -9,13 +9,13 @@
 //     value(ball, q): the contribution; 0 beyond ball.limit
 //     negated_derivative(ball, q): minus the derivative of value(), up to a positive factor common
 //       to all balls; 0 beyond ball.limit
-//     share(ball, q): the weight of the ball's attributes: value() without cutoff, but at least 0
+//     share(ball, q): the weight of the ball's attributes, max(0, value() without the cutoff)
 //   for all other code, with the plain coordinate:
 //     coordinate(ball, d), coordinate_gradient(ball, d)
 //     log_value(ball, q): the logarithm of the contribution; log_slope(ball, q): its derivative
 //     end(ball, level): q beyond which a ball adds less than `level`
 //     surface(ball): the largest q at which the value of a single ball is 1; <= 0 if it never is
-//     radius(ball): a measure of its size
+//     radius(ball): a measure of its size, scene units
 //     from_sphere(center, radius, constants): a ball for a sphere
 //     rescale(ball, level): moves the surface at `level` to the level 1
 //     share_of_weight(w, share): the weight at which a ball's values are `share` times as large
@@ -80,7 +80,7 @@ struct GaussianField : EllipsoidCoordinate {
   PM_HD static double prepare(const Ball& ball, FieldScale scale, B& out) {
     constexpr double kLog2E = 1.4426950408889634;
     // Limits -base so that within the support, each axis' term in the coordinate is at most
-    // limit - base <= kMaxAxisExponent - 5, which is in the range of exp2().
+    // limit - base <= kMaxAxisExponent - 5 (with a margin of 5), which is in the range of exp2().
     const float max_negated_base = min(kMaxExponent, kMaxAxisExponent - 5 + scale.log2_floor);
     out.base = -min(ball.w * static_cast<float>(kLog2E), max_negated_base);
     out.limit = -scale.log2_floor;

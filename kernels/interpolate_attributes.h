@@ -20,10 +20,10 @@ namespace polymorph {
 
 constexpr float kMinShare = 1e-4f;
 
-/// Writes the interpolated values at kRun neighbouring points. A ball and a point have kMaps
-/// quadruples of values each. One team per run. The points of a run lie in as many boxes as V has
-/// lanes, and each ball is tested against all of them at once. Where points are missing in the last
-/// run, others are repeated.
+/// Writes the interpolated values at kRun neighbouring points (a run). One team per run. A ball and
+/// a point have kMaps quadruples of values each. The points of a run lie in as many boxes as V has
+/// lanes, and each ball is tested against all of them at once. The last run repeats points in place
+/// of missing ones.
 template <class F, class V, int kMaps>
 struct InterpolateAttributes {
   static constexpr int kThreads = 128;
@@ -57,8 +57,8 @@ struct InterpolateAttributes {
   }
 
   /// Lists the balls that matter in each box, in ascending order. The boxes surround kPointsPerBox
-  /// points each, of the n points from index `begin` on. Finds the boxes first, then a threshold
-  /// for each box, and then the balls whose contribution may exceed it.
+  /// points each, of the n points from index `begin` on. The function finds the boxes first, then a
+  /// threshold for each box, and then the balls whose contribution may exceed it.
   template <class Team>
   PM_HD void list_near(const Team& team, Scratch& scratch, std::int64_t begin, int n) const {
     const std::uint32_t rank = team.group_rank();

@@ -1,17 +1,19 @@
-// Level sets of fields that can be evaluated anywhere (distances, morphs): passes that find the
-// bricks that the surface can cross and sample the field in them, and the Source of PlaceVertices.
-// The surface is where the field is 0; the field is positive inside.
+// Level sets of fields that can be evaluated anywhere: an object's distances (distance_field.h) and
+// the field between two objects (morph_field.h). Passes find the bricks (tree.h) that the surface
+// can cross and sample the field in them; LevelSetVertices is the Source of PlaceVertices. The
+// surface is where the field is 0; the field is positive inside.
 //
 // A field has, for V = float or a pack of floats,
 //   value(p), negated_gradient(p): the field and minus its gradient at Points<V>
-//   prefetch(grid, first), on the CPU: asks for what the values of a brick need
-//   BrickValues<V>(field, grid, first): value() at the points of a brick; its call operator takes
-//     the index of a pack of them
+//   prefetch(grid, first), on the CPU: prefetches the distances that value() reads at the points of
+//     the brick whose lowest grid point is `first`
+//   BrickValues<V>(field, grid, first): evaluates value() at the points of that brick; its call
+//     operator takes the index of a pack of points
 // The bounds of a field have
-//   local(team, box): a Local, which holds the bounds that are common to a node's whole box
-//   crossing_boxes(middles, half, local, has_rim): a mask of lanes; bit l is set if the surface can
-//     cross the box of half sides `half` around middle l, or, with has_rim, if a point of that box
-//     can be inside
+//   local(team, box): a Local, which holds the bounds that are valid in all of a node's box
+//   crossing_boxes(middles, half, local, has_rim): a mask of lanes. Bit l is set if the surface can
+//     cross the box of half sides `half` around middle l. With has_rim it is set if a point of that
+//     box can be inside, because the rim around the grid is outside (tree.h)
 #pragma once
 
 #include <cstdint>
@@ -25,8 +27,8 @@
 
 namespace polymorph {
 
-/// Keeps the children of a node that the surface can cross. Teams share a node as in
-/// ClassifyChildren.
+/// Finds the children of a node that the surface can cross, and marks them in Node::children.
+/// Team::kParts teams share a node, as in ClassifyChildren (tree.h).
 template <class Bounds>
 struct ClassifyNodes {
   static constexpr int kThreads = 512;
@@ -35,7 +37,7 @@ struct ClassifyNodes {
   Bounds bounds;
   Level level;  ///< the children's
   View<Node> parents;
-  View<Counts> sums;  ///< per parent: number of kept children, 0 at first
+  View<Counts> sums;  ///< per parent: `first` counts the kept children, from 0
 
   template <class Team>
   PM_HD void operator()(const Team& team, Scratch&, std::int64_t item) const {
@@ -44,7 +46,8 @@ struct ClassifyNodes {
     const int begin = static_cast<int>(item % Team::kParts) * kChildrenPerTeam;
     const Node parent = parents[p];
     std::uint64_t candidates = ~std::uint64_t{0};
-    // A team of several threads tests as many children at once anyway.
+    // A CPU tests children a pack at a time before it tests each alone. A GPU's threads test many
+    // children at once anyway.
     if constexpr (Lanes<typename Team::V>::kCount > 1)
       candidates = find_candidates(team, parent.at);
     team.each_group(kChildrenPerTeam, [&](int i) {
@@ -63,23 +66,25 @@ struct ClassifyNodes {
     return at.x < level.nodes.x && at.y < level.nodes.y && at.z < level.nodes.z;
   }
 
-  /// Tests a pack of children at a time with the bounds that their parent's box has in common.
-  /// Returns a bit for each child that the surface can cross by these bounds.
+  /// Tests a pack of children at a time with the bounds that are valid in their parent's box.
+  /// Returns a mask whose bit c is set if the surface can cross child c by these bounds.
   template <class Team>
   PM_HD std::uint64_t find_candidates(const Team& team, Int3 parent) const {
     using V = typename Team::V;
     constexpr int kLanes = Lanes<V>::kCount;
     const typename Bounds::Local local =
-        bounds.local(team, node_box(grid, level.cells * kBranching, 0, parent));
+        bounds.local(team, node_box(grid, level.cells * kBranching, /*margin=*/0, parent));
     std::uint64_t candidates = 0;
     for (int begin = 0; begin < kChildren; begin += kLanes) {
       alignas(64) float x[kLanes], y[kLanes], z[kLanes];
-      Vec3 half;
+      Vec3 half;  // of the largest box of the pack; boxes at the grid's border are smaller
       bool has_rim = false;
       for (int l = 0; l < kLanes; ++l) {
         const Int3 at = child_position(parent, begin + l);
+        // A child beyond the tree's last cell takes the box of an existing one. operator() drops
+        // it.
         const Int3 n = level.nodes;
-        const NodeBox box = node_box(grid, level.cells, 0,
+        const NodeBox box = node_box(grid, level.cells, /*margin=*/0,
                                      {at.x < n.x ? at.x : n.x - 1, at.y < n.y ? at.y : n.y - 1,
                                       at.z < n.z ? at.z : n.z - 1});
         const Vec3 half_of_box = 0.5f * (box.high - box.low), middle = box.low + half_of_box;
@@ -94,9 +99,10 @@ struct ClassifyNodes {
     return candidates;
   }
 
+  /// Tests one child with the bounds of its own box and, if it is a brick, those of its blocks.
   template <class Team>
   PM_HD bool can_cross(const Team& team, Int3 at) const {
-    const NodeBox box = node_box(grid, level.cells, 0, at);
+    const NodeBox box = node_box(grid, level.cells, /*margin=*/0, at);
     const Vec3 half = 0.5f * (box.high - box.low), middle = box.low + half;
     const typename Bounds::Local local = bounds.local(team, box);
     if (!bounds.crossing_boxes(Points<float>{middle.x, middle.y, middle.z}, half, local,
@@ -105,22 +111,26 @@ struct ClassifyNodes {
     return level.cells > kBrickCells || can_cross_blocks<typename Team::V>(team, box, local);
   }
 
-  /// Tests whether the surface can cross any of the 4^3 blocks of a brick. They have tighter bounds
-  /// than the brick, so that fewer bricks are sampled.
+  /// Tests whether the surface can cross any of the 4^3 equal blocks of a brick. Blocks have
+  /// tighter bounds than the whole brick, so that fewer bricks are sampled.
   template <class V, class Team>
   PM_HD bool can_cross_blocks(const Team& team, const NodeBox& box,
                               const typename Bounds::Local& local) const {
-    constexpr int kSide = 4, kBlocks = kSide * kSide * kSide, kLanes = Lanes<V>::kCount;
-    const Vec3 size = (1.0f / kSide) * (box.high - box.low);
+    constexpr int kBlocksAlongAxis = 4,
+                  kBlocks = kBlocksAlongAxis * kBlocksAlongAxis * kBlocksAlongAxis,
+                  kLanes = Lanes<V>::kCount;
+    const Vec3 size = (1.0f / kBlocksAlongAxis) * (box.high - box.low);
     float any = 0;  // 0 or 1, as a float for group_max()
     for (int i = static_cast<int>(team.group_rank()); i < kBlocks / kLanes && any == 0;
          i += static_cast<int>(team.kGroup)) {
       alignas(32) float x[kLanes], y[kLanes], z[kLanes];
       for (int l = 0; l < kLanes; ++l) {
         const int block = kLanes * i + l;
-        x[l] = box.low.x + size.x * (0.5f + static_cast<float>(block % kSide));
-        y[l] = box.low.y + size.y * (0.5f + static_cast<float>(block / kSide % kSide));
-        z[l] = box.low.z + size.z * (0.5f + static_cast<float>(block / (kSide * kSide)));
+        x[l] = box.low.x + size.x * (0.5f + static_cast<float>(block % kBlocksAlongAxis));
+        y[l] = box.low.y +
+               size.y * (0.5f + static_cast<float>(block / kBlocksAlongAxis % kBlocksAlongAxis));
+        z[l] = box.low.z +
+               size.z * (0.5f + static_cast<float>(block / (kBlocksAlongAxis * kBlocksAlongAxis)));
       }
       const Points<V> middles = {Lanes<V>::load(x), Lanes<V>::load(y), Lanes<V>::load(z)};
       if (bounds.crossing_boxes(middles, 0.5f * size, local, box.has_rim) != 0) any = 1;
@@ -134,7 +144,7 @@ struct FillNodes {
   static constexpr int kThreads = 64;
   struct Scratch {};
   View<Node> parents;
-  View<const Offsets> first;  ///< per parent: its first kept child
+  View<const Offsets> first;  ///< per parent: `first` is the index of its first kept child
   View<Node> nodes;
   View<Counts> sums;  ///< per node: set to 0 for ClassifyNodes; empty for bricks
 
@@ -146,7 +156,7 @@ struct FillNodes {
     team.each(kChildren, [&](int c) {
       if (!(parent.children >> c & 1u)) return;
       const std::int64_t slot = start.first + popcount(parent.children & bits_below(c));
-      if (slot >= nodes.size) return;
+      if (slot >= nodes.size) return;  // the passes run again with more memory
       Node node;
       node.at = child_position(parent.at, c);
       node.parent = static_cast<std::uint32_t>(p);
@@ -161,7 +171,7 @@ struct PrepareNodes {
   Int3 roots;
   View<Node> nodes;
   View<Counts> sums;
-  View<Offsets> node_count;
+  View<Offsets> node_count;  ///< one element: the number of roots
 
   PM_HD void operator()(std::int64_t i) const {
     if (i >= nodes.size) return;
@@ -174,7 +184,8 @@ struct PrepareNodes {
   }
 };
 
-/// Samples the field at each brick's points, and counts (CountBricks). One team per brick.
+/// Samples the field at each brick's points, and counts the brick's vertices and triangles
+/// (CountBricks). One team per brick.
 template <class Field>
 struct SampleLevelSet : CountBricks {
   static constexpr int kThreads = 128;
@@ -196,7 +207,7 @@ struct SampleLevelSet : CountBricks {
   }
 };
 
-/// Source of PlaceVertices for a level set: the same field in every brick.
+/// Source of PlaceVertices (vertices.h) for a level set. All bricks have the same field.
 template <class Field>
 struct LevelSetVertices {
   Field field;
@@ -217,7 +228,8 @@ struct LevelSetVertices {
   PM_HD Points<V> negated_gradient(const Points<V>& p) const {
     return field.negated_gradient(p);
   }
-  /// Returns no lanes: all values of a level set are exact, unlike those of balls (vertices.h).
+  /// Returns an empty mask: no value of a level set needs to be replaced by an exact one, as values
+  /// of balls do.
   template <class V, class Edges>
   PM_HD std::uint32_t flat_lanes(const Edges&, const Points<V>&) const {
     return 0;

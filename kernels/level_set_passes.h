@@ -1,5 +1,5 @@
-// Passes for level sets (level_set.h): surfaces of one object's distances, surfaces between two
-// objects, and the regression that maps the latter to both.
+// Passes for level sets (level_set.h): the surface of one object's distances, the surface between
+// two objects, and the regression of the map from the latter to both objects.
 #pragma once
 
 #include <algorithm>
@@ -24,8 +24,9 @@
 
 namespace polymorph {
 
-/// Walks the tree from its roots to the bricks. On each level it finds the children that the
-/// surface can cross, numbers them, and writes them.
+/// Builds the tree from its roots to the bricks. On each level it finds the children that the
+/// surface can cross, numbers them, and writes them. Returns the bricks, for which fit_bricks()
+/// then allocates buffers.
 template <class B, class Bounds>
 BrickViews find_level_set_bricks(Workspace<B>& work, const TreeShape& shape, const Grid& grid,
                                  const Bounds& bounds) {
@@ -38,22 +39,24 @@ BrickViews find_level_set_bricks(Workspace<B>& work, const TreeShape& shape, con
   View<Counts> sums = work.sums[levels.size() % 2].resize(work.backend, roots);
   const View<Offsets> root_count = {&work.totals[static_cast<std::int64_t>(levels.size())], 1};
   work.backend.for_each(roots, PrepareNodes{shape.roots, parents, sums, root_count}, "bricks");
-  // The guessed number of nodes of level l; guess / 4 + 1 is that of their parents.
+  // The guessed number of nodes of level l. They have guess / 8 parents, whose buffer `first` is
+  // allocated for twice as many.
   std::int64_t guess = guess_top_nodes(grid, shape);
   for (std::size_t l = levels.size(); l-- > 0; guess *= 8) {
     const auto level = static_cast<std::int64_t>(l);
-    const std::int64_t* count = &work.totals[level + 1].first;
+    const std::int64_t* parent_count = &work.totals[level + 1].first;
     Offsets* total = &work.totals[level];
-    const View<Offsets> first = work.first.fit(work.backend, count, 1, guess / 4 + 1);
+    const View<Offsets> first = work.first.fit(work.backend, parent_count, 1, guess / 4 + 1);
     const std::int64_t capacity = std::min({parents.size, sums.size, first.size});
-    work.backend.for_teams(count, capacity,
+    work.backend.for_teams(parent_count, capacity,
                            ClassifyNodes<Bounds>{grid, bounds, levels[l], parents, sums}, "bricks",
                            B::Team::kParts);
-    work.backend.scan({sums.data, capacity}, count, first, total, "bricks");
+    work.backend.scan({sums.data, capacity}, parent_count, first, total, "bricks");
     const View<Node> nodes = work.nodes[l].fit(work.backend, &total->first, 1, guess);
     View<Counts> node_sums;
     if (l > 0) node_sums = work.sums[l % 2].fit(work.backend, &total->first, 1, guess);
-    work.backend.for_teams(count, capacity, FillNodes{parents, first, nodes, node_sums}, "bricks");
+    work.backend.for_teams(parent_count, capacity, FillNodes{parents, first, nodes, node_sums},
+                           "bricks");
     out.tree.nodes[l + 1] = parents;
     parents = nodes;
     sums = node_sums;
@@ -64,6 +67,7 @@ BrickViews find_level_set_bricks(Workspace<B>& work, const TreeShape& shape, con
   return out;
 }
 
+/// Extracts the surface on which `field` is 0, given its bounds (level_set.h).
 template <class B, class Field, class Bounds>
 void extract_level_set(Workspace<B>& work, const Field& field, const Bounds& bounds,
                        const Grid& grid, ExtractSettings settings, Mesh& mesh) {
@@ -74,14 +78,15 @@ void extract_level_set(Workspace<B>& work, const Field& field, const Bounds& bou
     using Vertices = LevelSetVertices<Field>;
     BrickViews bricks = find_level_set_bricks(work, shape, grid, bounds);
     fit_bricks(work, grid, bricks);
-    // Points beyond the grid count as one cell outside.
+    // Points beyond the grid are outside, at a distance of one cell.
     return SampledBricks<Sample, Vertices>{
         bricks, Sample{prepare_counting(work, grid, settings, bricks, -grid.cell), field},
         Vertices{field, 1 / grid.cell}};
   });
 }
 
-/// Returns a generous bound of all rounding errors of distances on a grid with these cells.
+/// Returns a generous bound, scene units, of all rounding errors of distances: 1e-4 cells of
+/// `grid`.
 inline float distance_rounding(const Grid& grid) { return 1e-4f * grid.cell; }
 
 /// Returns distances in backend memory, after uploading them unless they are there already. The
@@ -99,7 +104,8 @@ DistanceField upload_distances(Workspace<B>& work,
       std::rotate(known, known + 1, grids.end());
       return DistanceField(object->grid, grids.back()->values.data);
     }
-    // An object has up to three grids, and several actors take turns.
+    // An object has up to three grids (distances, smoothed distances, thinness), and the surfaces
+    // of several actors are extracted in turn.
     constexpr std::size_t kMaxGrids = 24;
     if (grids.size() < kMaxGrids) {
       grids.push_back(std::make_unique<typename Workspace<B>::UploadedDistances>());
@@ -108,7 +114,7 @@ DistanceField upload_distances(Workspace<B>& work,
       std::rotate(grids.begin(), grids.begin() + 1, grids.end());
     }
     typename Workspace<B>::UploadedDistances& uploaded = *grids.back();
-    uploaded.object = nullptr;  // it holds no object if the next lines fail
+    uploaded.object = nullptr;  // marks the values as unknown if the next lines throw
     uploaded.values =
         uploaded.buffer.resize(work.backend, static_cast<std::int64_t>(object->values.size()));
     work.backend.upload(uploaded.values, object->values.data());
@@ -117,7 +123,8 @@ DistanceField upload_distances(Workspace<B>& work,
   }
 }
 
-/// Returns an object's distances and, if given, those without detail, in backend memory.
+/// Returns an object's distances in backend memory. If `smooth` is not null, the field also has the
+/// smoothed distances, and its detail fades by `fade`.
 template <class B>
 DistanceField upload_object(Workspace<B>& work, const std::shared_ptr<const DistanceGrid>& object,
                             const std::shared_ptr<const DistanceGrid>& smooth,
@@ -135,10 +142,10 @@ void extract_distances(Workspace<B>& work, const std::shared_ptr<const DistanceG
   extract_level_set(work, field, bounds, grid, settings, mesh);
 }
 
-/// Samples as the kernels read them, and two quadruples of values for each sample.
+/// A regression's samples and their values as the kernels read them.
 struct UploadedSamples {
   View<KernelSample> samples;
-  View<BallAttribute> values;
+  View<BallAttribute> values;  ///< two per sample; the second is 0 if there is one map
 };
 template <class B>
 UploadedSamples upload_samples(Workspace<B>& work, const Regression& regression) {
@@ -148,7 +155,7 @@ UploadedSamples upload_samples(Workspace<B>& work, const Regression& regression)
   for (std::size_t e = 0; e < count; ++e) {
     const RegressionSample& sample = regression.samples[e];
     const float widest_deviation = 4 * sample.deviation;
-    // exp(-d^2 / (2 s^2)) = 2^(-kHalfLog2E d^2 / s^2)
+    // The widest Gaussian: exp(-d^2 / (2 s^2)) = 2^(-kHalfLog2E d^2 / s^2), s = widest_deviation.
     constexpr float kHalfLog2E = 0.72134752f;
     const float mass = kKernelScale * sample.mass;
     samples[e] = {sample.center, kHalfLog2E / (widest_deviation * widest_deviation), mass,
@@ -164,22 +171,23 @@ UploadedSamples upload_samples(Workspace<B>& work, const Regression& regression)
   return out;
 }
 
-/// Bends the map, whose nodes are `coefficients`, so that it takes the regression's landmarks to
-/// their goals.
+/// Changes the map, whose nodes are `coefficients`, so that it takes the regression's landmarks to
+/// their goals (meet_landmarks.h).
 template <class B>
 void meet_landmarks(Workspace<B>& work, const Regression& regression, const SmoothMap& map,
                     const View<float>& coefficients) {
-  std::vector<Vec3> places;
-  for (const RegressionLandmark& landmark : regression.landmarks) places.push_back(landmark.place);
-  const auto count = static_cast<std::int64_t>(places.size());
+  std::vector<Vec3> positions;
+  for (const RegressionLandmark& landmark : regression.landmarks)
+    positions.push_back(landmark.place);
+  const auto count = static_cast<std::int64_t>(positions.size());
   const View<Vec3> at = work.landmark_positions.resize(work.backend, count);
-  const View<AttributeValues> out =
+  const View<AttributeValues> device_images =
       work.landmark_values.resize(work.backend, regression.maps * count);
-  work.backend.upload(at, places.data());
-  work.backend.for_each(count, SampleMap{map, at, out, regression.maps}, "regress");
-  std::vector<AttributeValues> values(static_cast<std::size_t>(out.size));
-  work.backend.download(values.data(), out);
-  const std::vector<LandmarkTerm> host_terms = find_landmark_terms(regression, values);
+  work.backend.upload(at, positions.data());
+  work.backend.for_each(count, SampleMap{map, at, device_images, regression.maps}, "regress");
+  std::vector<AttributeValues> images(static_cast<std::size_t>(device_images.size));
+  work.backend.download(images.data(), device_images);
+  const std::vector<LandmarkTerm> host_terms = find_landmark_terms(regression, images);
   const View<LandmarkTerm> terms = work.landmark_terms.resize(work.backend, count);
   work.backend.upload(terms, host_terms.data());
   work.backend.for_each(coefficients.size / kRegressionValues,
@@ -197,11 +205,11 @@ SmoothMap compute_map(Workspace<B>& work, const std::shared_ptr<const Regression
   if (regression == work.uploaded_regression) return map;
   work.uploaded_regression.reset();
   const UploadedSamples uploaded = upload_samples(work, *regression);
-  const Offsets runs = {(nodes + RegressNodes::kNodes - 1) / RegressNodes::kNodes, 0};
+  const Offsets team_total = {(nodes + RegressNodes::kNodes - 1) / RegressNodes::kNodes, 0};
   // for_teams() reads the number of teams from backend memory.
   const View<Offsets> team_count = work.regress_count.resize(work.backend, 1);
-  work.backend.upload(team_count, &runs);
-  work.backend.for_teams(&team_count[0].first, runs.first,
+  work.backend.upload(team_count, &team_total);
+  work.backend.for_teams(&team_count[0].first, team_total.first,
                          RegressNodes{regression->lattice, uploaded.samples, uploaded.values,
                                       regression->sloped, coefficients},
                          "regress");
@@ -231,7 +239,7 @@ void sample_map(Workspace<B>& work, const std::shared_ptr<const Regression>& reg
   work.backend.download(values.data(), out);
 }
 
-/// Returns the strain around each node of the map, in backend memory.
+/// Returns the Strain around each node of the map, in backend memory. Distances are in scene units.
 template <class B>
 View<Strain> bound_strain(Workspace<B>& work, const MorphSurface& surface, const SmoothMap& map) {
   const Int3 n = map.lattice.points;
@@ -245,8 +253,8 @@ View<Strain> bound_strain(Workspace<B>& work, const MorphSurface& surface, const
   return strain;
 }
 
-/// Returns the largest factor by which an affine map stretches. The maps are rotations and
-/// scalings, so this factor is the length of the longest row.
+/// Returns the largest factor by which an affine map stretches. The linear part is a rotation times
+/// a factor, so this factor is the length of any row; the longest allows for rounding.
 inline float affine_norm(const AffineMap& map) {
   float largest = 0;
   for (const Vec3 row : map.rows) largest = std::max(largest, length(row));

@@ -37,7 +37,7 @@ PM_HD constexpr Vec3 to_float(Vec3d a) {
   return {static_cast<float>(a.x), static_cast<float>(a.y), static_cast<float>(a.z)};
 }
 
-/// Row-major; the identity by default.
+/// A 3 x 3 matrix, row by row; the identity by default.
 struct Mat3 {
   double m[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   PM_HD constexpr double at(int row, int column) const { return m[3 * row + column]; }

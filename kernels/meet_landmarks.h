@@ -29,6 +29,7 @@ struct LandmarkTerm {
   /// Element 4 m + i: for coordinate i of map m; 0 for i = 3, the map's fourth value.
   float weight[kRegressionValues] = {0, 0, 0, 0, 0, 0, 0, 0};
 
+  /// Returns the Gaussian at p, without `weight`.
   PM_HD float at(Vec3 p) const {
     const Vec3 d = p - position;
     // The limit keeps the argument in the range of exp2().
@@ -55,7 +56,8 @@ struct AddLandmarks {
   }
 };
 
-/// Evaluates, at a point, the spline whose nodes are the values of a term's Gaussian.
+/// Evaluates, at point p, the spline whose coefficients are the values of a term's Gaussian at the
+/// nodes.
 inline double spline_of_term(const Grid& lattice, const LandmarkTerm& term, Vec3 p) {
   const float inv_spacing = 1 / lattice.cell;
   const SplineAxis x(p.x, lattice.origin.x, inv_spacing, lattice.points.x);
@@ -112,7 +114,7 @@ inline void solve_regularized(const SquareMatrix& matrix,
   constexpr double kDamping = 0.02;
   constexpr int kRounds = 8;
   const std::size_t n = matrix.n;
-  SquareMatrix normal(n);
+  SquareMatrix normal(n);  // of the normal equations: M^T M + kDamping^2 I
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t j = 0; j < n; ++j) {
       double sum = i == j ? kDamping * kDamping : 0;
@@ -120,8 +122,8 @@ inline void solve_regularized(const SquareMatrix& matrix,
       normal.at(i, j) = sum;
     }
   factor_cholesky(normal);
-  for (std::vector<double>& side : right_sides) {
-    std::vector<double> solution(n), residual = side;
+  for (std::vector<double>& right_side : right_sides) {
+    std::vector<double> solution(n), residual = right_side;
     for (int round = 0; round < kRounds; ++round) {
       std::vector<double> step(n);
       for (std::size_t i = 0; i < n; ++i)
@@ -129,18 +131,18 @@ inline void solve_regularized(const SquareMatrix& matrix,
       solve_cholesky(normal, step);
       for (std::size_t i = 0; i < n; ++i) solution[i] += step[i];
       for (std::size_t k = 0; k < n; ++k) {
-        residual[k] = side[k];
+        residual[k] = right_side[k];
         for (std::size_t i = 0; i < n; ++i) residual[k] -= matrix.at(k, i) * solution[i];
       }
     }
-    side = solution;
+    right_side = solution;
   }
 }
 
-/// Finds the terms with which the maps take the regression's landmarks to their goals. `values`:
-/// images of the landmarks under the maps without these terms, `regression.maps` per landmark.
+/// Finds the terms with which the maps take the regression's landmarks to their goals. `images`:
+/// those of the landmarks under the maps without these terms, `regression.maps` per landmark.
 inline std::vector<LandmarkTerm> find_landmark_terms(const Regression& regression,
-                                                     const std::vector<AttributeValues>& values) {
+                                                     const std::vector<AttributeValues>& images) {
   constexpr float kHalfLog2E = 0.72134752f;  // exp(-d^2 / (2 s^2)) = 2^(-kHalfLog2E d^2 / s^2)
   const std::size_t count = regression.landmarks.size();
   const auto maps = static_cast<std::size_t>(regression.maps);
@@ -150,6 +152,7 @@ inline std::vector<LandmarkTerm> find_landmark_terms(const Regression& regressio
     terms[l].position = landmark.place;
     terms[l].falloff = kHalfLog2E / (landmark.deviation * landmark.deviation);
   }
+  // Element (k, l): the value of term l at landmark k.
   SquareMatrix matrix(count);
   for (std::size_t k = 0; k < count; ++k)
     for (std::size_t l = 0; l < count; ++l)
@@ -158,7 +161,7 @@ inline std::vector<LandmarkTerm> find_landmark_terms(const Regression& regressio
   for (std::size_t l = 0; l < count; ++l)
     for (std::size_t m = 0; m < maps; ++m) {
       const Vec3 goal = regression.landmarks[l].goal[m];
-      const float* v = values[maps * l + m].v;
+      const float* v = images[maps * l + m].v;
       right_sides[3 * m][l] = static_cast<double>(goal.x) - static_cast<double>(v[0]);
       right_sides[3 * m + 1][l] = static_cast<double>(goal.y) - static_cast<double>(v[1]);
       right_sides[3 * m + 2][l] = static_cast<double>(goal.z) - static_cast<double>(v[2]);

@@ -6,11 +6,12 @@
 // D_A and D_B are the distances, t is the progress at x, c the level and w its weight at x. S(d)
 // has the sign of d and the magnitude s (sqrt(1 + 2 |d| / s) - 1). X_A, X_B and t are values of one
 // regression over the moving balls (regression.h). If an object is a shell, w is a value of this
-// regression, too; otherwise w is computed at the lattice's nodes from the thinness of both objects
-// (WeighLevel). The surface is where the field is 0.
+// regression, too; otherwise w is computed at the nodes of the regression's lattice from the
+// thinness of both objects (WeighLevel). The surface is where the field is 0.
 //
-// Objects may have smoothed distances, too. Then the source's detail fades out before the target's
-// detail fades in, because otherwise each would show as relief on the other object (Hughes 1992).
+// Objects may have smoothed distances, too. Then most of the source's detail fades out before the
+// target's detail fades in, because otherwise each would show as relief on the other object (Hughes
+// 1992).
 #pragma once
 
 #include <cstdint>
@@ -27,14 +28,15 @@ namespace polymorph {
 
 /// The field as the kernels read it. It has the functions that level_set.h requires.
 struct MorphField {
-  SmoothMap map;  ///< 0: to the source, with the progress; 1: to the target
+  SmoothMap map;  ///< map 0: X_A and the progress t; map 1: X_B and the weight w
   DistanceField from, to;
   float from_scale = 1, to_scale = 1;  ///< scene units per unit of each object's distances
   float level = 0;                     ///< c
   float inv_range = 0;                 ///< 1 / s; 0: S(d) = d
 
-  /// Returns S(d). Thin parts have small distances, so an uncompressed mix would hide them until
-  /// the other object has almost vanished. S is odd, so that inside and outside are treated alike.
+  /// Returns S(d) as 2 d / (1 + sqrt(1 + 2 |d| / s)). Thin parts have small distances, so an
+  /// uncompressed mix would hide them until the other object has almost vanished. S is odd, so that
+  /// inside and outside are treated alike.
   template <class V>
   PM_HD V compress(V distance) const {
     return distance / fma(inv_slope(distance), broadcast<V>(0.5f), broadcast<V>(0.5f));
@@ -52,7 +54,8 @@ struct MorphField {
     return value(p, map_values);
   }
 
-  /// Returns the field at p, given the map's eight values there.
+  /// Returns the field at p, given the spline's eight values m there: m[0] to m[2] and m[4] to m[6]
+  /// lead from the affine images of p to X_A and X_B; m[3] is t, and m[7] is w.
   template <class V>
   PM_HD V value(const Points<V>& p, const V (&m)[kRegressionValues]) const {
     const V a = compress(from_scale * from.value(map.apply(0, p, Points<V>{m[0], m[1], m[2]}),
@@ -63,21 +66,22 @@ struct MorphField {
   }
 
 #if defined(PM_PACKS)
-  /// Asks for the distances that the points of a brick need.
+  /// Prefetches the distances that value() reads at the points of the brick from `first` on.
   void prefetch(const Grid& grid, Int3 first) const {
     Pack map_values[kRegressionValues];
     Points<Pack> on_source, on_target;
     pull_back(brick_corners(grid, first), map_values, on_source, on_target);
-    const auto fetch = [](const DistanceField& object, const Points<Pack>& corners, Pack detail) {
+    const auto prefetch_object = [](const DistanceField& object, const Points<Pack>& corners,
+                                    Pack detail) {
       object.prefetch(corners, !object.smooth || Lanes<Pack>::bits(detail > 0.0f) != 0,
                       object.smooth && Lanes<Pack>::bits(detail < 1.0f) != 0);
     };
-    fetch(from, on_source, from.detail_share(map_values[3]));
-    fetch(to, on_target, to.detail_share(1.0f - map_values[3]));
+    prefetch_object(from, on_source, from.detail_share(map_values[3]));
+    prefetch_object(to, on_target, to.detail_share(1.0f - map_values[3]));
   }
 #endif
 
-  /// value() at the points of a brick.
+  /// Evaluates value() at the points of a brick, a pack at a time.
   template <class V>
   struct BrickValues {
     const MorphField& field;
@@ -104,6 +108,7 @@ struct MorphField {
       constexpr int kLanes = Lanes<V>::kCount;
       if constexpr (kLanes >= kBrickPoints) {
         if (spline.has_lines()) {
+          // A pack of 8 or 16 points is one line of points along x or two.
           const int line = item * kLanes / kBrickPoints;
           V map_values[kRegressionValues];
           spline.line(line % kBrickPoints, line / kBrickPoints, map_values);
@@ -142,9 +147,10 @@ struct MorphField {
     const V from_weight = from_scale / inv_slope(from_distance);
     const V to_weight = to_scale / inv_slope(to_distance);
     const V weight_b = smoothstep(progress);  // b of the formula above
-    // The shares of detail depend on the progress, too.
-    const V detail_a_dt = from_weight * slope_a.by_detail * from.detail_share_slope(progress);
-    const V detail_b_dt = to_weight * slope_b.by_detail * -to.detail_share_slope(remaining);
+    // Derivatives of S(D_A) and S(D_B) by t, because the shares of detail depend on t, too.
+    const V detail_a_dt =
+        from_weight * slope_a.detail_derivative * from.detail_share_slope(progress);
+    const V detail_b_dt = to_weight * slope_b.detail_derivative * -to.detail_share_slope(remaining);
     const V df_dt = fma(smoothstep_slope(progress), compress(to_distance) - compress(from_distance),
                         fma(weight_b, detail_b_dt - detail_a_dt, detail_a_dt));
     const auto negated_derivative = [&](int axis) {
@@ -168,15 +174,16 @@ struct MorphField {
   }
 };
 
-/// Bounds of a MorphField (level_set.h): the distances, progress and weight in the middle of a box,
-/// and how far these can change from there.
+/// Bounds of a MorphField (level_set.h). They follow from the distances, the progress and the
+/// weight in the middle of a box, and from how far each of these can change within the box.
 struct MorphBounds {
   using Local = Strain;  ///< the largest strain around the box
   MorphField field;
   View<const Strain> strain;
-  float affine_norm = 1;  ///< norm of an affine map times its object's scale, the larger of both
-  float lipschitz = 0;    ///< the largest Lipschitz constant of all distances
-  float rounding = 0;     ///< a generous bound of all rounding errors, scene units
+  /// Norm of an affine map (affine_norm()) times its object's scale, the larger one of both maps.
+  float affine_norm = 1;
+  float lipschitz = 0;  ///< the largest Lipschitz constant of all distances
+  float rounding = 0;   ///< distance_rounding() of the surface's grid, scene units
 
   /// Returns the largest strain of the nodes that contribute to the maps in a box.
   template <class Team>
@@ -188,14 +195,15 @@ struct MorphBounds {
     const int points[3] = {lattice.points.x, lattice.points.y, lattice.points.z};
     int first[3], count[3];
     for (int axis = 0; axis < 3; ++axis) {
-      const SplineAxis a(low[axis], origin[axis], field.map.inv_spacing, points[axis]);
-      const SplineAxis b(high[axis], origin[axis], field.map.inv_spacing, points[axis]);
-      // Takes one node more on each side, because rounding may assign a point to the next node.
-      first[axis] = a.first > 0 ? a.first - 1 : 0;
-      const int end = b.first + 4 < points[axis] ? b.first + 4 : points[axis];
+      const SplineAxis low_end(low[axis], origin[axis], field.map.inv_spacing, points[axis]);
+      const SplineAxis high_end(high[axis], origin[axis], field.map.inv_spacing, points[axis]);
+      // Three nodes contribute at each end of the box. One more is taken on each side, because
+      // rounding may assign a point to the next node.
+      first[axis] = low_end.first > 0 ? low_end.first - 1 : 0;
+      const int end = high_end.first + 4 < points[axis] ? high_end.first + 4 : points[axis];
       count[axis] = end - first[axis];
     }
-    // Takes a row of nodes at a time, because a division per node would take most of the time.
+    // The loop runs over rows of nodes, because a division per node would take most of the time.
     Strain largest;
     const int rows = count[1] * count[2];
     for (int i = static_cast<int>(team.group_rank()); i < rows;
@@ -214,21 +222,23 @@ struct MorphBounds {
     return {group_max(largest.maps), {group_max(largest.fourth[0]), group_max(largest.fourth[1])}};
   }
 
-  /// Bounds the field from above and, if that bound is positive, from below. The field is linear in
-  /// b, so that the ends of b's range suffice. 1e-5 allows for rounding of progress and weight.
+  /// Bounds the field from above and, if that bound is positive, from below. The field grows with
+  /// both distances and is linear in b, so that the ends of their ranges suffice. The factor 1.001
+  /// and the term 1e-5 allow for rounding, the latter in t and w.
   template <class V>
   PM_HD std::uint32_t crossing_boxes(const Points<V>& middle, Vec3 half, const Strain& max_strain,
                                      bool has_rim) const {
     V map_values[kRegressionValues];
     Points<V> a, b;
     field.pull_back(middle, map_values, a, b);
+    // How far the distances, t and c w can change from the middle.
     const auto norm = [](Vec3 v) { return sqrt(dot(v, v)); };
     const float radius = 1.001f * norm(half);
     const float max_change = radius * lipschitz * (affine_norm + norm(max_strain.maps)) + rounding;
     const float max_progress_change = radius * norm(max_strain.fourth[0]) + 1e-5f;
-    const float level_size = field.level < 0 ? -field.level : field.level;
+    const float abs_level = field.level < 0 ? -field.level : field.level;
     const float max_level_change =
-        level_size * (radius * norm(max_strain.fourth[1]) + 1e-5f) + rounding;
+        abs_level * (radius * norm(max_strain.fourth[1]) + 1e-5f) + rounding;
     const V min_progress = map_values[3] - max_progress_change,
             max_progress = map_values[3] + max_progress_change;
     const V min_blend = smoothstep(min_progress), max_blend = smoothstep(max_progress);
@@ -237,31 +247,31 @@ struct MorphBounds {
         from.value_range(a, from.detail_share(max_progress), from.detail_share(min_progress));
     const auto range_b = to.value_range(b, to.detail_share(1.0f - min_progress),
                                         to.detail_share(1.0f - max_progress));
-    const V shift = -field.level * map_values[7];
+    const V level_term = -field.level * map_values[7];
     const V high_a = field.compress(field.from_scale * range_a.high + max_change),
             high_difference = field.compress(field.to_scale * range_b.high + max_change) - high_a;
     const V high =
         max(fma(min_blend, high_difference, high_a), fma(max_blend, high_difference, high_a)) +
-        shift + max_level_change;
-    const std::uint32_t inside = Lanes<V>::bits(high > 0.0f);
-    if (has_rim || inside == 0) return inside;
+        level_term + max_level_change;
+    const std::uint32_t can_be_inside = Lanes<V>::bits(high > 0.0f);
+    if (has_rim || can_be_inside == 0) return can_be_inside;
     const V low_a = field.compress(field.from_scale * range_a.low - max_change),
             low_difference = field.compress(field.to_scale * range_b.low - max_change) - low_a;
     const V low =
-        min(fma(min_blend, low_difference, low_a), fma(max_blend, low_difference, low_a)) + shift -
-        max_level_change;
-    return inside & Lanes<V>::bits(low <= 0.0f);
+        min(fma(min_blend, low_difference, low_a), fma(max_blend, low_difference, low_a)) +
+        level_term - max_level_change;
+    return can_be_inside & Lanes<V>::bits(low <= 0.0f);
   }
 };
 
 /// Writes the level's weight w = ((1 - thinness_A) (1 - thinness_B))^2 into each node of the map.
 /// Thin limbs would vanish if the level, which keeps the volume, had its full weight there. With
-/// the square, w rises slowly beside a limb, so that the limb's root and a wall's rim stay. One
-/// item per node.
+/// the square, w rises slowly beside a thin part, so that a limb's root and a wall's rim do not
+/// vanish either. One item per node.
 struct WeighLevel {
   SmoothMap map;
-  DistanceField thinness[2];
-  View<float> nodes;  ///< the map's
+  DistanceField thinness[2];  ///< Regression::thinness
+  View<float> nodes;          ///< the map's nodes, kRegressionValues each
 
   PM_HD void operator()(std::int64_t n) const {
     const Int3 points = map.lattice.points;
@@ -275,18 +285,18 @@ struct WeighLevel {
       const float* v = node + 4 * m;
       const Points<float> at =
           map.apply(m, Points<float>{p.x, p.y, p.z}, Points<float>{v[0], v[1], v[2]});
-      // Beyond its grid, `thinness` is negative.
+      // Beyond its grid, a DistanceField is negative; the thinness there is 0.
       weight *= 1.0f - min(max(thinness[m].value(at), 0.0f), 1.0f);
     }
     node[kRegressionValues - 1] = weight * weight;
   }
 };
 
-/// Evaluates the regression at points; one item per point.
+/// Evaluates the map's images of points and the fourth values there. One item per point.
 struct SampleMap {
   SmoothMap map;
   View<const Vec3> points;
-  View<AttributeValues> out;  ///< `maps` for each point
+  View<AttributeValues> out;  ///< element i * maps + m: point i under map m
   int maps = 1;
 
   PM_HD void operator()(std::int64_t i) const {

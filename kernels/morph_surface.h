@@ -19,12 +19,13 @@ struct DistanceGrid {
   float lipschitz = 1;
 };
 
-/// Four values attached to a ball: `value` at its centre, changing by `slope` with the offset from
-/// there.
+/// Four values attached to a ball or a sample, each a linear function of position: value[i] at the
+/// centre plus slope[i] . (position - centre).
 struct BallAttribute {
   float value[4] = {0, 0, 0, 0};
   Vec3 slope[4];
 };
+/// The four values of an attribute, or of a regression's map, at a point.
 struct AttributeValues {
   float v[4] = {0, 0, 0, 0};
 };
@@ -36,7 +37,7 @@ struct RegressionSample {
   float deviation = 1;  ///< standard deviation of the narrow Gaussian, scene units, > 0
 };
 
-/// x -> row . x + offset along each axis; the identity by default.
+/// The affine map x -> R x + offset, where R has the rows `rows`; the identity by default.
 struct AffineMap {
   Vec3 rows[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   Vec3 offset;
@@ -53,21 +54,22 @@ struct RegressionLandmark {
 /// Input of a regression: samples with one or two quadruples of values each (maps).
 struct Regression {
   std::vector<RegressionSample> samples;
-  int maps = 1;
-  /// `maps` per sample: `value` at its centre, changing by `slope` with the offset from there.
+  int maps = 1;  ///< 1 or 2
+  /// The quadruples of each sample, sample by sample, `maps` per sample.
   std::vector<BallAttribute> values;
   bool sloped = false;  ///< whether any slope is not 0
-  /// Affine maps, which are added to the first three values of each map.
+  /// The image of x under map m is affine[m](x) plus the map's first three values.
   AffineMap affine[2];
-  Grid lattice;  ///< nodes; the spline is defined from node 1 to the last but one
+  /// Nodes of the spline, which is defined between node 1 and the last but one along each axis.
+  Grid lattice;
   std::vector<RegressionLandmark> landmarks;  ///< met after the regression (meet_landmarks.h)
   /// Thinness of both objects, in [0, 1], 0 beyond the grids. If given, the second map's fourth
-  /// value is not regressed, but ((1 - thinness[0]) (1 - thinness[1]))^2 at each node (WeighLevel).
+  /// value at each node is ((1 - thinness[0]) (1 - thinness[1]))^2 and not regressed (WeighLevel).
   std::shared_ptr<const DistanceGrid> thinness[2];
 };
 
-/// Progress at which an object begins to lose its detail (the difference from its smoothed
-/// distances), and at which it has none. The share of detail falls as 1 - smoothstep.
+/// Progress at which an object begins to lose its detail (its distances less the smoothed ones),
+/// and at which it has none left. In between, its share of detail falls as 1 - smoothstep.
 struct DetailFade {
   float begin = 0.1f, end = 0.55f;
 };
@@ -79,12 +81,12 @@ struct MorphSurface {
   std::shared_ptr<const Regression> map;
   std::shared_ptr<const DistanceGrid> from, to;
   float from_scale = 1, to_scale = 1;  ///< scene units per unit of each object's distances
-  float level = 0;  ///< scene units; moves the surface inwards by about this much
+  float level = 0;  ///< c, scene units: moves the surface inwards by about this much
   /// The s of morph_field.h, scene units: a distance d much longer than s counts as sqrt(2 s d). 0:
   /// distances are not changed.
   float linear_range = 0;
-  /// Both objects without detail, on the grids of `from` and `to`; null: the object keeps its
-  /// detail throughout.
+  /// Smoothed distances of both objects, on the grids of `from` and `to`. If null, the object keeps
+  /// its detail throughout.
   std::shared_ptr<const DistanceGrid> smooth_from = nullptr, smooth_to = nullptr;
   /// Fade of the source's detail by the progress, and of the target's detail by 1 - progress.
   DetailFade fade_from = {}, fade_to = {};

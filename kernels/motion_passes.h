@@ -33,7 +33,7 @@ BallSet move_balls(Workspace<B>& work, const std::shared_ptr<const BallPaths>& p
   work.backend.upload(poses, host_poses.data());
   const View<float> eased = resize(work.eased_times, eased_times);
   if (!eased_times.empty()) work.backend.upload(eased, eased_times.data());
-  work.uploaded_balls = {};
+  work.uploaded_balls = {};  // the next pass overwrites raw_balls
   const View<Ball> moved_balls = work.raw_balls.resize(work.backend, ball_paths.size);
   work.backend.for_each(ball_paths.size,
                         MoveBalls{ball_paths, parts, poses, eased, state, moved_balls}, "step");

@@ -1,10 +1,11 @@
 // Kernel regression (Nadaraya 1964, Watson 1964): makes a smooth function of space from values at
 // scattered samples, as a quadratic B-spline with coefficients on a lattice.
 //
-// At a node x the value is sum_e k_e(x) v_e(x) / sum_e k_e(x). The kernel k_e is m_e times a sum of
-// three Gaussians of deviations s_e, 2 s_e and 4 s_e with heights 1, 0.02 and 0.0005: the wide ones
-// keep the function smooth far from all samples. Nodes are coefficients of the spline, which
-// reproduces linear functions exactly and smooths others by half a node's spacing.
+// At a node x the value is sum_e k_e(x) v_e(x) / sum_e k_e(x), where v_e is the value of sample e.
+// The kernel k_e is m_e times a sum of three Gaussians of deviations s_e, 2 s_e and 4 s_e with
+// heights 1, 0.02 and 0.0005: the wide ones keep the function smooth far from all samples. The
+// values at nodes are the spline's coefficients. So the spline reproduces linear functions exactly
+// and smooths others, with a deviation of half the nodes' spacing.
 #pragma once
 
 #include <cstdint>
@@ -20,22 +21,24 @@
 namespace polymorph {
 
 constexpr int kRegressionValues = 8;  ///< per node: two quadruples
+/// Heights of the middle and of the wide Gaussian; that of the narrow one is 1.
 constexpr float kSecondHeight = 0.02f, kThirdHeight = 0.0005f;
-/// The least exponent of a wide Gaussian; farther samples count as if they were that far away.
+/// The least exponent (base 2) of a wide Gaussian; farther samples get the weight of this one.
 constexpr float kMinKernelExponent = -120.0f;
-/// Factor of all kernels, which cancels. It keeps kernels of the least exponent normal numbers.
+/// Factor of all kernels, which cancels. With it, kernels of the least exponent are not denormal.
 constexpr float kKernelScale = 0x1p40f;
 
 /// A sample as the kernels read it: 2^(-falloff d^2) is the widest Gaussian.
 struct KernelSample {
   Vec3 center;
   float falloff = 0;
-  /// kKernelScale times mass times the height of the narrow, the middle and the wide Gaussian
+  /// kKernelScale times the sample's mass times the height of each Gaussian, the narrow one first.
   float mass = 0, second = 0, third = 0;
 };
 
-/// Computes the coefficients at the lattice's nodes, kNodes per team. The samples are split into
-/// kChunks chunks, each of which has its own sum; the sums are added in order.
+/// Computes the coefficients at the lattice's nodes, kNodes per team. A team's threads share the
+/// samples: these are split into kChunks chunks, each of which has its own sums. The chunks' sums
+/// are added in a fixed order.
 struct RegressNodes {
   static constexpr int kThreads = 256;
   static constexpr int kNodes = 16, kChunks = 16, kSums = kRegressionValues + 1;
@@ -50,12 +53,13 @@ struct RegressNodes {
   View<float> nodes;  ///< kRegressionValues each
 
   template <class Team>
-  PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t run) const {
+  PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t team_index) const {
     using V = typename Team::V;
     constexpr int kLanes = Lanes<V>::kCount, kPacks = kNodes / kLanes;
     const std::int64_t count = nodes.size / kRegressionValues;
     team.each(kNodes, [&](int l) {
-      const std::int64_t node = run * kNodes + l;
+      const std::int64_t node = team_index * kNodes + l;
+      // Lanes beyond the last node repeat it.
       const auto n = static_cast<std::uint32_t>(node < count ? node : count - 1);
       const auto columns = static_cast<std::uint32_t>(lattice.points.x),
                  rows = static_cast<std::uint32_t>(lattice.points.y);
@@ -79,7 +83,7 @@ struct RegressNodes {
     });
     team.sync();
     team.each(kNodes, [&](int n) {
-      const std::int64_t node = run * kNodes + n;
+      const std::int64_t node = team_index * kNodes + n;
       if (node >= count) return;
       float sums[kSums] = {};
       for (int c = 0; c < kChunks; ++c) {
@@ -91,7 +95,8 @@ struct RegressNodes {
     });
   }
 
-  /// Sums kernel times values over the samples of a chunk, and last the kernels.
+  /// Sums over the samples of a chunk: sums[i] is the sum of kernel times value i, and the last
+  /// element that of the kernels.
   template <class V, bool kSloped>
   PM_HD void add_chunk(const Points<V>& at, int chunk, V (&sums)[kSums]) const {
     for (int k = 0; k < kSums; ++k) sums[k] = broadcast<V>(0.0f);
@@ -105,12 +110,13 @@ struct RegressNodes {
       // The limit keeps the argument in the range of exp2().
       const V exponent = max(d2 * -sample.falloff, broadcast<V>(kMinKernelExponent));
       const V wide = exp2(exponent);
-      // The narrower Gaussians are wide^4 and wide^16. Where one would be below the normal numbers,
-      // with which processors are slow, it is 0 instead: rounding loses it beside the wide one.
-      const V normal = zero_unless(exponent > -31.0f, wide), normal2 = normal * normal,
-              middle = normal2 * normal2;
-      const V middle_normal = zero_unless(exponent > -7.75f, middle),
-              middle2 = middle_normal * middle_normal, narrow = middle2 * middle2;
+      // The narrower Gaussians are wide^4 and wide^16. Below 2^-124 each becomes 0, because
+      // denormal numbers would be slow; rounding would lose so small a term beside the wide
+      // Gaussian anyway.
+      const V wide_or_zero = zero_unless(exponent > -31.0f, wide),
+              wide2 = wide_or_zero * wide_or_zero, middle = wide2 * wide2;
+      const V middle_or_zero = zero_unless(exponent > -7.75f, middle),
+              middle2 = middle_or_zero * middle_or_zero, narrow = middle2 * middle2;
       const V kernel = fma(narrow, broadcast<V>(sample.mass),
                            fma(middle, broadcast<V>(sample.second), wide * sample.third));
       const BallAttribute* attributes = values.data + 2 * e;
@@ -131,10 +137,13 @@ struct RegressNodes {
 };
 
 /// The three nodes along an axis that contribute at a coordinate, and their weights, per lane of V.
+/// The weights of a quadratic B-spline are (1/2 - f)^2 / 2, 3/4 - f^2 and (1/2 + f)^2 / 2, where f
+/// in
+/// [-1/2, 1/2] is the offset from the middle node in spacings.
 template <class V>
 struct SplineAxisOf {
-  decltype(to_index(V{})) middle;  ///< index of the second node
-  V weight[3], slope[3];           ///< slope: derivative of the weight, per spacing of nodes
+  decltype(to_index(V{})) middle;  ///< index of the second node, from 1 to nodes - 2
+  V weight[3], slope[3];           ///< slope: derivative of the weight by f
 
   PM_HD SplineAxisOf(V p, float origin, float inv_spacing, int nodes) {
     const V u = (p - origin) * inv_spacing;
@@ -148,15 +157,18 @@ struct SplineAxisOf {
     slope[0] = -low, slope[1] = low - high, slope[2] = high;
   }
 };
+/// SplineAxisOf for a single coordinate.
 struct SplineAxis : SplineAxisOf<float> {
-  int first = 0;
+  int first = 0;  ///< index of the first node
 
   PM_HD SplineAxis(float p, float origin, float inv_spacing, int nodes)
       : SplineAxisOf<float>(p, origin, inv_spacing, nodes), first(static_cast<int>(middle) - 1) {}
 };
 
-/// The eight values of three neighbours along x, as weighted sums over nodes along y and z.
-/// Each kind has a name of its own, because the linker takes functions of one name for the same.
+/// Three neighbouring columns of nodes, the eight values of each summed over y and z. add() adds a
+/// row's three nodes from `node` on, times a weight; interpolate() writes the weighted sum of the
+/// columns. The variants have different names, because the linker would merge their functions:
+/// files compiled for AVX2 and for AVX-512 are linked together.
 #if defined(PM_WIDE_PACKS)
 struct WideNodeColumns {
   WidePack low;  ///< two columns
@@ -203,12 +215,12 @@ struct ScalarNodeColumns {
 using NodeColumns = ScalarNodeColumns;
 #endif
 
-/// The spline as the kernels read it, with the affine maps. It has eight values at a point: a
-/// quadruple of each map.
+/// A regression's spline and affine maps as the kernels read them. The spline has eight values at a
+/// point, a quadruple for each map.
 struct SmoothMap {
   Grid lattice;
   float inv_spacing = 1;
-  const float* nodes = nullptr;
+  const float* nodes = nullptr;  ///< kRegressionValues coefficients per node, x fastest
   AffineMap affine[2];
 
   SmoothMap() = default;
@@ -221,14 +233,15 @@ struct SmoothMap {
   template <class V, class Columns = NodeColumns>
   PM_HD void spline(const Points<V>& p, V (&value)[kRegressionValues]) const {
     constexpr int kLanes = Lanes<V>::kCount;
-    const SplineNodes<V> at(*this, p);
+    const SplineNodes<V> stencil(*this, p);
     alignas(64) float weights[9][kLanes], values[kLanes][kRegressionValues];
-    at.weigh(at.y.weight, at.z.weight, weights);
+    stencil.weigh(stencil.y.weight, stencil.z.weight, weights);
     for (int l = 0; l < kLanes; ++l) {
       Columns columns = {};
-      for_nodes(nodes + at.first[l],
+      for_nodes(nodes + stencil.first[l],
                 [&](const float* node, int n) { columns.add(node, weights[n][l]); });
-      columns.interpolate(at.x_weights[0][l], at.x_weights[1][l], at.x_weights[2][l], values[l]);
+      columns.interpolate(stencil.x_weights[0][l], stencil.x_weights[1][l], stencil.x_weights[2][l],
+                          values[l]);
     }
     load_columns(values, value);
   }
@@ -237,31 +250,34 @@ struct SmoothMap {
   PM_HD void spline(const Points<V>& p, V (&value)[kRegressionValues],
                     V (&slopes)[3][kRegressionValues]) const {
     constexpr int kLanes = Lanes<V>::kCount;
-    const SplineNodes<V> at(*this, p);
+    const SplineNodes<V> stencil(*this, p);
+    // [0]: for the values and their derivatives by x; [1]: by y; [2]: by z.
     alignas(64) float weights[3][9][kLanes], x_slopes[3][kLanes];
-    at.weigh(at.y.weight, at.z.weight, weights[0]);
-    at.weigh(at.y.slope, at.z.weight, weights[1]);
-    at.weigh(at.y.weight, at.z.slope, weights[2]);
-    for (int i = 0; i < 3; ++i) Lanes<V>::store(x_slopes[i], at.x.slope[i]);
-    alignas(64) float values[4][kLanes][kRegressionValues];  // [0]: the values, then the slopes
+    stencil.weigh(stencil.y.weight, stencil.z.weight, weights[0]);
+    stencil.weigh(stencil.y.slope, stencil.z.weight, weights[1]);
+    stencil.weigh(stencil.y.weight, stencil.z.slope, weights[2]);
+    for (int i = 0; i < 3; ++i) Lanes<V>::store(x_slopes[i], stencil.x.slope[i]);
+    // [0]: the values; [1] to [3]: their derivatives by x, y and z.
+    alignas(64) float values[4][kLanes][kRegressionValues];
     for (int l = 0; l < kLanes; ++l) {
       Columns columns[3] = {};
-      const float* first = nodes + at.first[l];
+      const float* first = nodes + stencil.first[l];
       if constexpr (kLanes > 1) {
         for_nodes(first, [&](const float* node, int n) {
           for (int i = 0; i < 3; ++i) columns[i].add(node, weights[i][n][l]);
         });
       } else {
-        // One after the other, because a GPU's thread has no registers for all three; without a
-        // loop, whose index would keep weights and sums out of registers.
-        const auto add_all = [&](Columns& sums, const float(&of_nodes)[9][kLanes]) {
-          for_nodes(first, [&](const float* node, int n) { sums.add(node, of_nodes[n][l]); });
+        // A GPU's thread has too few registers for all three sums, so they are computed one after
+        // the other. The index of a loop over them would keep weights and sums out of registers.
+        const auto add_all = [&](Columns& sums, const float(&node_weights)[9][kLanes]) {
+          for_nodes(first, [&](const float* node, int n) { sums.add(node, node_weights[n][l]); });
         };
         add_all(columns[0], weights[0]);
         add_all(columns[1], weights[1]);
         add_all(columns[2], weights[2]);
       }
-      const float w0 = at.x_weights[0][l], w1 = at.x_weights[1][l], w2 = at.x_weights[2][l];
+      const float w0 = stencil.x_weights[0][l], w1 = stencil.x_weights[1][l],
+                  w2 = stencil.x_weights[2][l];
       columns[0].interpolate(w0, w1, w2, values[0][l]);
       columns[0].interpolate(x_slopes[0][l], x_slopes[1][l], x_slopes[2][l], values[1][l]);
       columns[1].interpolate(w0, w1, w2, values[2][l]);
@@ -274,17 +290,17 @@ struct SmoothMap {
     }
   }
 
-  /// Returns the image of p under a map (0 or 1): its affine image plus `value`, the map's first
-  /// three values.
+  /// Returns the image of p under a map (0 or 1): its affine image plus `value`, the first three of
+  /// the map's spline values at p.
   template <class V>
   PM_HD Points<V> apply(int map, const Points<V>& p, const Points<V>& value) const {
     const AffineMap& a = affine[map];
-    const auto along = [&](Vec3 row, float offset, V v) {
+    const auto coordinate = [&](Vec3 row, float offset, V v) {
       return fma(broadcast<V>(row.x), p.x,
                  fma(broadcast<V>(row.y), p.y, fma(broadcast<V>(row.z), p.z, v + offset)));
     };
-    return {along(a.rows[0], a.offset.x, value.x), along(a.rows[1], a.offset.y, value.y),
-            along(a.rows[2], a.offset.z, value.z)};
+    return {coordinate(a.rows[0], a.offset.x, value.x), coordinate(a.rows[1], a.offset.y, value.y),
+            coordinate(a.rows[2], a.offset.z, value.z)};
   }
 
  private:
@@ -307,7 +323,7 @@ struct SmoothMap {
       std::memcpy(first, &begin, sizeof begin);
       for (int i = 0; i < 3; ++i) Lanes<V>::store(x_weights[i], x.weight[i]);
     }
-    /// Multiplies weights along y with weights along z, in the order of for_nodes().
+    /// Writes the products of the weights along y and z, in the order of for_nodes().
     PM_HD void weigh(const V (&along_y)[3], const V (&along_z)[3], float (*out)[kLanes]) const {
       for (int k = 0; k < 3; ++k) {
         for (int j = 0; j < 3; ++j) Lanes<V>::store(out[3 * k + j], along_y[j] * along_z[k]);
@@ -315,7 +331,7 @@ struct SmoothMap {
     }
   };
 
-  /// Calls f(node, n) for the 3 x 3 nodes along y and z from `node` on.
+  /// Calls f(node, n) for the 3 x 3 nodes along y and z from `node` on, n = 0 to 8, y fastest.
   template <class F>
   PM_HD void for_nodes(const float* node, const F& f) const {
     const std::int64_t row = std::int64_t{kRegressionValues} * lattice.points.x,
@@ -325,7 +341,7 @@ struct SmoothMap {
     }
   }
 
-  /// Turns eight values of each lane into eight V.
+  /// Transposes: value i of each lane, lanes[l][i], becomes lane l of out[i].
   PM_HD static void load_columns(const float (*lanes)[kRegressionValues],
                                  float (&out)[kRegressionValues]) {
     for (int i = 0; i < kRegressionValues; ++i) out[i] = lanes[0][i];
@@ -349,18 +365,19 @@ struct SmoothMap {
 };
 
 #if defined(PM_PACKS)
-/// The spline at the 8^3 points of a brick, whose points share coordinates and sums of nodes.
+/// Evaluates a SmoothMap's spline at the 8^3 points of a brick. The points of a line along x share
+/// sums of nodes over y and z; all lines share their coordinates along x.
 struct BrickSpline {
   static constexpr int kPoints = 8;  ///< along an axis
 
-  /// Takes the points' coordinates along each axis.
-  BrickSpline(const SmoothMap& of_map, Pack px, Pack py, Pack pz)
-      : map(of_map),
+  /// px, py and pz are the points' coordinates along each axis.
+  BrickSpline(const SmoothMap& smooth_map, Pack px, Pack py, Pack pz)
+      : map(smooth_map),
         x(px, map.lattice.origin.x, map.inv_spacing, map.lattice.points.x),
         y(py, map.lattice.origin.y, map.inv_spacing, map.lattice.points.y),
         z(pz, map.lattice.origin.z, map.inv_spacing, map.lattice.points.z) {
     const int end = static_cast<int>(x.middle[kPoints - 1]) + 2;
-    // Four nodes, which are loaded at once, must not reach beyond the row.
+    // line_of_four_nodes() loads four nodes at once, which must not reach beyond the row.
     const int lowest = static_cast<int>(x.middle[0]) - 1, last_four = map.lattice.points.x - 4;
     begin = lowest < last_four ? lowest : last_four;
     count = end - begin;
@@ -376,14 +393,15 @@ struct BrickSpline {
 #endif
   }
 
-  /// Evaluates the eight values, without the affine maps, at the points of a line along x, or at
-  /// those of two neighbouring lines. The brick must not have more than eight nodes along x.
+  /// Returns whether line() may be called, which loads at most eight nodes along x.
   bool has_lines() const { return count <= 8; }
+  /// Evaluates the eight values, without the affine maps, at the points of a line along x or, with
+  /// WidePack, of two neighbouring lines along y.
   void line(int line_y, int line_z, Pack (&values)[kRegressionValues]) const {
     float weights[9];
     const float* nodes = weigh_nodes(line_y, line_z, weights);
-    // At first values[n] holds the values of node n. After the transpose, values[i] holds value i
-    // of all nodes.
+    // At first values[n] holds the values of column n, summed over y and z. After the
+    // transpose, values[i] holds value i of all columns.
     for (int n = 0; n < 8; ++n) {
       values[n] = Pack{};
       if (n >= count) continue;
@@ -401,9 +419,9 @@ struct BrickSpline {
 #if defined(PM_WIDE_PACKS)
   void line(int line_y, int line_z, WidePack (&values)[kRegressionValues]) const {
     if (count <= 4) {
-      // Values i and i + 4 of a line.
+      // Element i: values i and i + 4 of line line_y (low) or of the next one (high).
       WidePack low[4], high[4];
-      half_lines(line_y, line_z, low), half_lines(line_y + 1, line_z, high);
+      line_of_four_nodes(line_y, line_z, low), line_of_four_nodes(line_y + 1, line_z, high);
       for (int i = 0; i < 4; ++i) {
         values[i] = join_low_halves(low[i], high[i]);
         values[i + 4] = join_high_halves(low[i], high[i]);
@@ -417,7 +435,8 @@ struct BrickSpline {
 #endif
 
  private:
-  /// Returns the lowest node of a line, and the weights of its rows along y and z.
+  /// Returns the lowest node that contributes to a line, and computes the weights of the 3 x 3 rows
+  /// of nodes around the line.
   const float* weigh_nodes(int line_y, int line_z, float (&weights)[9]) const {
     for (int k = 0; k < 3; ++k) {
       for (int j = 0; j < 3; ++j) weights[3 * k + j] = y_weight[j][line_y] * z_weight[k][line_z];
@@ -428,11 +447,11 @@ struct BrickSpline {
     return map.nodes + kRegressionValues * (begin + map.lattice.points.x * row);
   }
 #if defined(PM_WIDE_PACKS)
-  /// Evaluates a line to which four nodes contribute. values[i]: values i and, in the upper half,
-  /// i + 4.
-  void half_lines(int line_y, int line_z, WidePack (&values)[4]) const {
+  /// Evaluates a line to which at most four nodes along x contribute. values[i]: value i and, in
+  /// the upper half, value i + 4 at the line's eight points.
+  void line_of_four_nodes(int line_y, int line_z, WidePack (&values)[4]) const {
     float weights[9];
-    WidePack low = {}, high = {};  // the values of two nodes each
+    WidePack low = {}, high = {};  // the 16 values of two columns each
     map.for_nodes(weigh_nodes(line_y, line_z, weights), [&](const float* node, int i) {
       const WidePack weight = broadcast<WidePack>(weights[i]);
       low = fma(weight, Lanes<WidePack>::load(node), low);
@@ -453,24 +472,27 @@ struct BrickSpline {
   PackBits column;   ///< the first of a point's three nodes along x, counted from `begin`
   alignas(32) float y_weight[3][kPoints], z_weight[3][kPoints];
 #if defined(PM_WIDE_PACKS)
-  WidePack x_weight[3];      ///< weights of two lines
-  WidePackBits first_value;  ///< index of value 0 or 4 of the first node
+  WidePack x_weight[3];  ///< x.weight in both halves
+  /// Index of value 0 (lower half) or 4 (upper half) of each point's first node, from `begin` on.
+  WidePackBits first_value;
 #endif
 };
 #endif
 
-/// Bounds of the spline's derivatives around a node along each axis, per scene unit.
+/// Bounds of the spline's derivatives along each axis around a node, per scene unit.
 struct Strain {
-  Vec3 maps;       ///< derivatives of the maps' first three values, without the affine maps
-  Vec3 fourth[2];  ///< derivatives of each map's fourth value
+  /// Length of the derivative of a map's first three values (without the affine map) times
+  /// BoundStrain::scale, the larger one of both maps.
+  Vec3 maps;
+  Vec3 fourth[2];  ///< absolute derivative of each map's fourth value
 };
 
-/// Computes the Strain around each node. The spline's derivatives lie between the differences of
-/// neighbouring nodes. One item per node.
+/// Computes the Strain around each node from the differences to the next nodes, because the
+/// spline's derivatives lie between differences of neighbouring nodes. One item per node.
 struct BoundStrain {
   Grid lattice;
   View<const float> nodes;
-  float scale[2] = {1, 1};  ///< factor of each map's first three values
+  float scale[2] = {1, 1};  ///< factor of the derivatives of each map's first three values
   View<Strain> strain;
 
   PM_HD void operator()(std::int64_t n) const {

@@ -18,7 +18,7 @@
 
 namespace polymorph {
 
-/// a * b + c, rounded once.
+/// Returns a * b + c, rounded once.
 PM_HD inline float fma(float a, float b, float c) {
 #if defined(__CUDA_ARCH__)
   return __fmaf_rn(a, b, c);
@@ -100,7 +100,7 @@ PM_HD inline float zero_unless(bool keep, float a) {
 /// Returns `a` if `first`, else `b`.
 PM_HD inline float select(bool first, float a, float b) { return first ? a : b; }
 
-/// Returns the smaller value; `b` if one is a NaN. max() returns the larger one.
+/// Returns the smaller value, max() the larger one. Both return `b` if either value is a NaN.
 PM_HD inline float min(float a, float b) { return a < b ? a : b; }
 PM_HD inline float max(float a, float b) { return a > b ? a : b; }
 
@@ -232,6 +232,7 @@ inline WidePack signed_to_float(WidePackBits a) {
 inline WidePack fma_where(WidePackMask mask, WidePack a, WidePack b, WidePack c) {
   return _mm512_mask3_fmadd_ps(a, b, c, _mm512_movepi32_mask(reinterpret_cast<__m512i>(mask)));
 }
+/// Returns the lanes of `low`, followed by those of `high`.
 inline WidePack join(Pack low, Pack high) {
   return _mm512_insertf32x8(_mm512_castps256_ps512(low), high, 1);
 }
@@ -306,8 +307,8 @@ inline Pack gather(const float* base, PackBits index) {
   return out;
 #endif
 }
-/// Asks for the cache line of an address. GCC takes a function that only prefetches for one without
-/// effects and removes its calls; hence the empty instruction.
+/// Prefetches the cache line of an address. The empty instruction keeps GCC from removing the
+/// calls, because GCC regards a function that only prefetches as one without effects.
 inline void prefetch_line(const float* address) {
   __builtin_prefetch(address);
   asm volatile("" : : "r"(address));
@@ -319,8 +320,8 @@ inline __m128 load_pairs(const float* a, const float* b) {
                       reinterpret_cast<const __m64*>(b));
 }
 #endif
-/// Uses a load of two or four floats for each lane and row: for two floats, eight of them take half
-/// the time of two gathers.
+/// Loads two or four consecutive floats at once per lane and row. Eight loads of two floats take
+/// half the time of two gathers.
 template <int kSize, int kRows>
 inline void gather_rows(const float* base, PackBits index, const std::int32_t (&offsets)[kRows],
                         Pack (&out)[kRows][kSize]) {
@@ -392,7 +393,7 @@ inline WidePackBits to_index(WidePack a) { return float_bits(a + kRoundToInteger
 inline WidePack gather(const float* base, WidePackBits index) {
   return _mm512_i32gather_ps(reinterpret_cast<__m512i>(index), base, 4);
 }
-/// Takes lane by lane, so that an index is loaded once for all rows.
+/// Loads lane by lane, so that an index is read once for all rows.
 template <int kSize, int kRows>
 inline void gather_rows(const float* base, WidePackBits index, const std::int32_t (&offsets)[kRows],
                         WidePack (&out)[kRows][kSize]) {
@@ -443,6 +444,7 @@ inline void gather_rows(const float* base, WidePackBits index, const std::int32_
 inline WidePack permute(WidePack low, WidePack high, WidePackBits index) {
   return _mm512_permutex2var_ps(low, reinterpret_cast<__m512i>(index), high);
 }
+/// Returns the low half of a, followed by that of b.
 inline WidePack join_low_halves(WidePack a, WidePack b) { return _mm512_shuffle_f32x4(a, b, 0x44); }
 inline WidePack join_high_halves(WidePack a, WidePack b) {
   return _mm512_shuffle_f32x4(a, b, 0xee);

@@ -49,12 +49,12 @@ struct Level {
   float reach = 0, truncation = 0;
 };
 
-/// Sets `reach` and `truncation` so that balls are distant on a level if their error is below
+/// Sets `reach` and `truncation` so that a ball is distant on a level if its error is below
 /// kFarTolerance * iso * cell. `cell`: edge of a cell in units of FieldScale::length.
 inline void set_reach(Level& level, float cell, float iso) {
-  const float half = cell * static_cast<float>(level.cells + 2 * level.margin) / 2;
+  const float half_side = cell * static_cast<float>(level.cells + 2 * level.margin) / 2;
   // Where 1e30 limits the values, boxes extend to the maximum distance, and all balls are near.
-  level.truncation = min(kFarError * (half * half) * (half * half), 1e30f);
+  level.truncation = min(kFarError * (half_side * half_side) * (half_side * half_side), 1e30f);
   level.reach = min(level.truncation / (kFarTolerance * iso * cell), 1e30f);
 }
 
@@ -71,6 +71,7 @@ struct Node {
 struct Counts {
   std::uint32_t first = 0, second = 0;
 };
+/// Sums of Counts.
 struct Offsets {
   std::int64_t first = 0, second = 0;
 };
@@ -90,7 +91,7 @@ PM_HD inline int child_number(Int3 at) {
 }
 PM_HD inline std::uint64_t bits_below(int bit) { return (std::uint64_t{1} << bit) - 1; }
 
-/// The box of a node's grid points, and whether the node has rim points, too.
+/// The box of a node's grid points (without those of the rim), and whether the node has rim points.
 struct NodeBox {
   Vec3 low, high;
   bool has_rim = false;
@@ -269,6 +270,7 @@ struct ClassifyChildren {
   PM_HD std::uint32_t classify(const Team& team, std::int64_t p, const ChildBoxes<V>& boxes,
                                V& ball_counts) const {
     const Node parent = parents[p];
+    // Bounds of the sum, the sum of the largest absolute values, and the number of balls.
     V lower = broadcast<V>(0.0f), upper = lower, magnitude = lower, count = lower;
     GradientBounds<V> gradient_bounds(boxes.range);
     PM_UNROLL  // loads balls ahead of their use
@@ -290,7 +292,7 @@ struct ClassifyChildren {
     if constexpr (!F::kCompactSupport) {
       const FarBox box = far_box(grid, kBranching * level.cells, level.margin, parent.at);
       gradient_bounds.refine_bounds(team, far[p], box, lower, upper);
-      magnitude = magnitude + far[p].size;
+      magnitude = magnitude + far[p].magnitude;
       term_count = static_cast<float>(balls.size);
     }
     const V slack = magnitude * (2e-6f + 2.5e-7f * term_count);
@@ -300,8 +302,8 @@ struct ClassifyChildren {
   }
 };
 
-/// Writes the kept children of a node with their ball lists: finds where each list begins, writes
-/// the nodes, and then fills the lists. Teams share a node as in ClassifyChildren.
+/// Writes the kept children of a node with their ball lists. It finds where each list begins,
+/// writes the nodes, and then fills the lists. Teams share a node as in ClassifyChildren.
 template <class F>
 struct FillChildren {
   static constexpr int kThreads = 512;
@@ -347,7 +349,7 @@ struct FillChildren {
       node.parent = static_cast<std::uint32_t>(p);
       node.begin = start.second + scratch.begin[c];
       node.count = scratch.begin[c + 1] - scratch.begin[c];
-      // Without room for the list, the pass will run again with more memory.
+      // If the list does not fit, all passes run again with more memory.
       if (node.begin + node.count > node_entries.size) node.count = 0;
       nodes[slot] = node;
       if (slot < sums.size) sums[slot] = {};

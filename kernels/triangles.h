@@ -17,17 +17,17 @@ namespace polymorph {
 /// slot (BrickTable), beginning with the first slot of the cell's lowest corner. `corners`: bit i
 /// is set if corner i is inside; `count`: 3 times the number of triangles.
 template <class V>
-PM_HD inline void write_selected(const std::uint32_t* vertex, const BrickTable& table, int corners,
-                                 int count, std::uint32_t* to) {
+PM_HD inline void write_cell_triangles(const std::uint32_t* vertex, const BrickTable& table,
+                                       int corners, int count, std::uint32_t* to) {
   const std::uint8_t* slots = table.slots[corners];
   for (int i = 0; i < count; ++i) to[i] = vertex[slots[i]];
 }
 #if defined(PM_WIDE_PACKS)
-/// A cell's edges are in four lines of slots, which fit into two vectors: one permutation
+/// A cell's edges are in four lines of slots, which fit into two vectors. So one permutation
 /// replaces up to 15 loads and a branch that is hard to predict.
 template <>
-inline void write_selected<WidePack>(const std::uint32_t* vertex, const BrickTable& table,
-                                     int corners, int count, std::uint32_t* to) {
+inline void write_cell_triangles<WidePack>(const std::uint32_t* vertex, const BrickTable& table,
+                                           int corners, int count, std::uint32_t* to) {
   const auto two_lines = [&](int line) {
     const auto* at = reinterpret_cast<const __m256i*>(vertex + kLineSlots * line);
     const auto* next = reinterpret_cast<const __m256i*>(vertex + kLineSlots * (line + 1));
@@ -47,7 +47,7 @@ struct EmitTriangles {
   struct Scratch {
     /// Index of the vertex on each crossed edge. Vectors are loaded beyond the last slot.
     std::uint32_t vertex[kLines * kLineSlots + 8];
-    std::uint32_t before[kRows + 1];  ///< per item of CellFlags: triangles before it
+    std::uint32_t before[kRows + 1];  ///< per item of CellFlags: number of triangles before it
     std::uint8_t inside[kLines];
     /// Rows and first vertex of this brick ([0]) and of the next bricks: bit 0 of the index is a
     /// step along x, bit 1 along y, bit 2 along z. Null rows: there is no such brick or the surface
@@ -125,7 +125,7 @@ struct EmitTriangles {
       const int cell = countr_zero(cells), corners = flags.corners(cell);
       const int count = table[0].count[corners];
       const int slot = cell / kBrickPoints * kLineSlots + 3 * (cell % kBrickPoints);
-      write_selected<V>(vertex + slot, table[0], corners, 3 * count, to->v);
+      write_cell_triangles<V>(vertex + slot, table[0], corners, 3 * count, to->v);
       to += count;
     }
   }

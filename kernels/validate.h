@@ -176,7 +176,7 @@ inline EngineStatus check_input(const std::vector<Ball>& balls, const ExtractSet
                        " (balls of this field need a > 0), give it a = blobbiness / radius^2");
     }
     double m[6];
-    if (!is_round(ball) && !(is_finite(ball.shape) && factor(ball.shape, 1, m))) {
+    if (!is_round(ball) && !(is_finite(ball.shape) && factor_shape(ball.shape, 1, m))) {
       return bad_input("ball " + std::to_string(i) +
                        " has a shape that is not positive definite (its ellipsoid is no body, or "
                        "one axis is over 1000 times another), look at the fit that made it");

@@ -69,7 +69,7 @@ struct Edges {
   using Bits = decltype(float_bits(V{}));
   using Mask = decltype(V{} < V{});
   Points<V> from, step;  ///< the lower end, and the offset from it to the upper end
-  V low, high;           ///< range of the vertex, as a fraction of the edge
+  V low, high;           ///< the least and the greatest fraction at which the vertex may lie
   V value0, value1;      ///< field at the ends
   Bits axis;
   Mask cut;  ///< the border of the grid cuts this edge
@@ -108,7 +108,7 @@ struct BallVertexField {
     return Lanes<V>::bits(max(half_change, -half_change) <
                           broadcast<V>(0.5f * kFlat * field.far->error));
   }
-  /// Returns the sum over all balls in the lanes with a bit, `value` in the others.
+  /// Returns the sum over all balls in the lanes of the mask `lanes`, and `value` in the others.
   template <class V>
   PM_HD V exact_where(std::uint32_t lanes, V value, const Points<V>& at) const {
     if (F::kCompactSupport || lanes == 0) return value;
@@ -244,7 +244,8 @@ struct PlaceVertices {
             fma(t, edges.step.z, edges.from.z)};
   }
 
-  /// Writes position and normal of the vertices on `count` edges, from index `to` on.
+  /// Writes position and normal of the vertices on `count` edges, from index `to` on. Where the
+  /// field is flat, it finds the vertices again from exact sums.
   template <class V, class Field>
   PM_HD void place(const Edges<V>& edges, const Field& field, std::int64_t to, int count) const {
     V t = midpoint ? broadcast<V>(0.5f) : find_root<V>(edges, field, /*flat=*/0);

@@ -66,11 +66,11 @@ struct Workspace {
 
   /// A distance grid in backend memory.
   struct UploadedDistances {
-    std::shared_ptr<const DistanceGrid> object;
+    std::shared_ptr<const DistanceGrid> object;  ///< contents of `values`; null: unknown
     Buffer<float> buffer;
     View<float> values;
   };
-  std::vector<std::unique_ptr<UploadedDistances>> uploaded_distances;
+  std::vector<std::unique_ptr<UploadedDistances>> uploaded_distances;  ///< last: used last
 
   // The tree (tree.h). The index is the level or, where only two levels are needed at a time,
   // level % 2.

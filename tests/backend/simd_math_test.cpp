@@ -169,8 +169,8 @@ TEST(Packs, slopes_of_distances_have_the_bits_of_their_differences) {
             EXPECT_EQ(float_bits(of_point[i]), float_bits(expected[i][l])) << start << ' ' << i;
           }
           const float loss = field.value(point, 1.0f) - field.value(point, 0.0f);
-          EXPECT_EQ(slope.by_detail[l], field.smooth ? loss : 0.0f);
-          EXPECT_EQ(alone.by_detail, slope.by_detail[l]);
+          EXPECT_EQ(slope.detail_derivative[l], field.smooth ? loss : 0.0f);
+          EXPECT_EQ(alone.detail_derivative, slope.detail_derivative[l]);
           inner += std::abs(point.x) < 0.7f ? 1 : 0;
         }
       }
@@ -334,11 +334,11 @@ TEST(Falloff, the_range_of_a_box_holds_every_coordinate_computed_in_it) {
 
 TEST(Falloff, a_shape_that_is_no_body_has_no_factor) {
   double m[6];
-  EXPECT_TRUE(factor(tilted_shape(), 1, m));
-  EXPECT_FALSE(factor({1, 1, -1, 0, 0, 0}, 1, m));
-  EXPECT_FALSE(factor({1, 1, 1, 2, 0, 0}, 1, m));
-  EXPECT_FALSE(factor({1, 1, 1, 1, 0, 0}, 1, m));
-  EXPECT_FALSE(factor({std::nanf(""), 1, 1, 0, 0, 0}, 1, m));
+  EXPECT_TRUE(factor_shape(tilted_shape(), 1, m));
+  EXPECT_FALSE(factor_shape({1, 1, -1, 0, 0, 0}, 1, m));
+  EXPECT_FALSE(factor_shape({1, 1, 1, 2, 0, 0}, 1, m));
+  EXPECT_FALSE(factor_shape({1, 1, 1, 1, 0, 0}, 1, m));
+  EXPECT_FALSE(factor_shape({std::nanf(""), 1, 1, 0, 0, 0}, 1, m));
 }
 
 }  // namespace
