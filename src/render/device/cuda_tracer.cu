@@ -226,7 +226,7 @@ class CudaTracer : public DeviceTracer {
     const auto* host_sums = reinterpret_cast<const PixelSum*>(host_film_.data() + kFilmStart);
     const auto samples = static_cast<std::size_t>(job.samples.count());
     stats.paths +=
-        frame.noise > 0 ? count_samples({host_sums, sum_count}) : width * height * samples;
+        frame.noise > 0 ? sum_sample_counts({host_sums, sum_count}) : width * height * samples;
     film = {list_nodes(job.samples),
             {host_sums, sum_count},
             {reinterpret_cast<const MeshHit*>(host_sums + sum_count), center_count}};
@@ -240,7 +240,7 @@ class CudaTracer : public DeviceTracer {
     return cudaEventSynchronize(finished_);
   }
 
-  static std::uint64_t count_samples(std::span<const PixelSum> sums) {
+  static std::uint64_t sum_sample_counts(std::span<const PixelSum> sums) {
     std::uint64_t count = 0;
     for (const PixelSum& sum : sums) count += static_cast<std::uint64_t>(sum.samples);
     return count;
@@ -262,7 +262,8 @@ class CudaTracer : public DeviceTracer {
     }
   }
 
-  static constexpr std::size_t kFilmStart = 256;  ///< offset of the sums in `film_`, bytes
+  static constexpr std::size_t kFilmStart =
+      256;  ///< bytes of `film_` before the sums, which hold the tally
 
   int index_;
   cudaStream_t stream_ = nullptr;

@@ -16,7 +16,8 @@ struct ShadowRay {
   RayStats& stats;
   Vec3 direct{};
 
-  PM_HD_CALL void add(const Ray& ray, Vec3 light, std::uint32_t, bool live) {
+  /// Omits rays that the floor occludes or that carry no light, as ShadowRays::add() does.
+  PM_HD_CALL void add(const Ray& ray, Vec3 light, std::uint32_t /*path*/, bool live) {
     if (!live || !(intersect_floor(world.floor, ray) == kInfinity) || is_black(light)) return;
     if (world.has_glass) {
       direct = direct + light * trace_transmittance(world, scene, ray, stats);
@@ -38,6 +39,7 @@ PM_HD inline void trace_final_ray(const World& world, const DeviceScene& scene, 
     ++stats.rays;
     if (scene.is_occluded(path.ray)) transmittance = {};
   }
+  // With a single bounce, an occluding surface reflects a fraction of the sky (kGuessedBounce).
   if (is_black(transmittance))
     return add_sky(world, path, world.max_depth == 1 ? kGuessedBounce : 0.0f, true);
   // For unoccluded rays the control variate is exact.

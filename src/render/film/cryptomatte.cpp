@@ -64,6 +64,7 @@ void MattePixel::add(const MattePixel& other) {
 }
 
 std::array<float, 2 * kMatteRanks> MattePixel::rank(float samples) const {
+  // Sort by descending coverage, and equal coverages by id.
   std::vector<std::pair<float, float>> sorted = sums_;
   std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
     return a.second != b.second ? a.second > b.second : a.first < b.first;
