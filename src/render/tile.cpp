@@ -157,7 +157,7 @@ class Tile {
         for (int l = 0; l < kLanes && k * kLanes + l < width_; ++l) {
           FirstHit& hit = hits[l];
           const Vec3 direction = lane(rays.direction, l);
-          // From the distance along the ray to that along the view axis.
+          // Convert the distance along the ray to that along the view axis.
           if (hit.id > 0) hit.depth *= dot(direction, job_.camera.camera.forward);
           if (has_motion) hit.motion = compute_motion(hit, direction);
           float* pixel = &film.at(left_ + k * kLanes + l, top_ + y, job_.first_aov);
@@ -238,7 +238,7 @@ class Tile {
     trace(job_.world, job_.sampler, wave_, stats_);
     for (int i = 0; i < wave_.count; ++i) {
       SampleSums<PixelSum>& sums = sums_[pixels_[i]];
-      add_sample(sums.block(), wave_.lights[i], sample_indices_[i] % 2 == 1);
+      add_sample(sums.block(), wave_.path_lights[i], sample_indices_[i] % 2 == 1);
       if (ends_block(i)) sums.end_block(block_index(i));
     }
   }

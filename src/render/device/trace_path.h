@@ -137,9 +137,9 @@ PM_HD inline PathLight trace_sample(const DeviceFrame& frame, int x, int y, std:
   return trace_path(frame, ray, index, stats);
 }
 
-/// Sums the lights of the samples [first, end) of a pixel into their nodes, as SampleSums does.
+/// Sums the light of the samples [first, end) of a pixel into their nodes, as SampleSums does.
 /// `continues`: on entry nodes[0] is the sum of all samples before `first`.
-PM_HD inline void sum_samples(const PathLight* lights, int first, int end, bool continues,
+PM_HD inline void sum_samples(const PathLight* path_lights, int first, int end, bool continues,
                               PixelSum* nodes) {
   // A range has at most 2^12 blocks (kMaxSamples). Its nodes have 13 sizes, at most two nodes each.
   constexpr int kMaxNodes = 26;
@@ -154,7 +154,7 @@ PM_HD inline void sum_samples(const PathLight* lights, int first, int end, bool 
   for (int start = first; start < end; start += kSampleBlock) {
     PixelSum sum;
     for (int s = start; s < end && s < start + kSampleBlock; ++s)
-      add_sample(sum, *lights++, s % 2 == 1);
+      add_sample(sum, *path_lights++, s % 2 == 1);
     BlockSpan span{start / kSampleBlock, 1};
     // Merges the node with its sibling, the result with its sibling, and so on.
     for (; count > 0 && are_siblings(spans[count - 1], span); --count) {

@@ -115,7 +115,7 @@ class Smoother {
   bool has_smooth_light(std::size_t i) const { return key_[i] >= 0 || !(id_[i] > 0); }
 
   /// Copies the film's layers to planes, whose margins repeat the outermost pixels, and divides the
-  /// colours by the albedos.
+  /// colours by the albedos. Values that are not finite become 0.
   void load_layers() {
     struct Layer {
       const char* name;
@@ -250,7 +250,7 @@ class Smoother {
     const int step = 1 << pass;
     if (pass > 0) measure_brightness(guide_);
     // Each pass is assumed to halve the standard deviation of the noise.
-    const float noise = kDeviations * kDeviations / static_cast<float>(1 << (2 * pass));
+    const float variance_factor = kDeviations * kDeviations / static_cast<float>(1 << (2 * pass));
     next_ = light_;
     for_rows([&](std::size_t first) {
       std::vector<float> total(static_cast<std::size_t>(width_), 1), weights(total);
@@ -259,7 +259,7 @@ class Smoother {
           if (dx == 0 && dy == 0) continue;
           const float kernel =
               dx == 0 || dy == 0 ? 0.5f : 0.25f;  // relative to the centre's weight
-          add_tap({first, step * (dy * std::ptrdiff_t{stride_} + dx), kernel, noise,
+          add_tap({first, step * (dy * std::ptrdiff_t{stride_} + dx), kernel, variance_factor,
                    1 / static_cast<float>(step)},
                   weights.data());
           for (std::size_t x = 0; x < total.size(); ++x) total[x] += weights[x];
@@ -276,8 +276,8 @@ class Smoother {
   struct Tap {
     std::size_t first;      ///< index of the row's first pixel
     std::ptrdiff_t offset;  ///< index of a pixel's tap, less that of the pixel
-    float kernel;           ///< weight without edges
-    float noise;            ///< (change of brightness)^2 / variance that halves the weight
+    float kernel;           ///< weight relative to the pixel's own, before edges reduce it
+    float variance_factor;  ///< (change of brightness)^2 / variance that halves the weight
     float depth_scale;      ///< 1 / distance of the tap in pixels
   };
   /// Computes the weights of a tap for the pixels of a row, and adds the weighted light to `next_`.
@@ -298,7 +298,7 @@ class Smoother {
       const float depth_weight = positive_part(1 - depth_change);
       const float change = guide1[x] - guide0[x];
       // The brightness weight is 1 / (1 + change^2 / noise).
-      const float noise = variance[x] * tap.noise + 1e-6f;  // never 0
+      const float noise = variance[x] * tap.variance_factor + 1e-6f;  // never 0
       // The normals' weight is cosine^32.
       weights[x] = tap.kernel * (c16 * c16) * depth_weight * noise / (noise + change * change);
     }

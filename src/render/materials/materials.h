@@ -41,7 +41,8 @@ struct BsdfOf {
   GlossLobeOf<T3> gloss[2];
   int diffuse_count = 0, gloss_count = 0;
   T3 diffuse_albedo{};  ///< sum over all diffuse lobes
-  /// Probabilities of sampling each lobe; their sum is 1, or 0 for black.
+  /// Probabilities of sampling the diffuse lobes together, and each gloss lobe. Their sum is 1, or
+  /// 0 for black.
   ComponentOf<T3> diffuse_probability{};
   ComponentOf<T3> gloss_probability[2] = {};
   MaskOf<T3> has_diffuse{}, has_gloss{};  ///< whether there is such a lobe

@@ -309,7 +309,7 @@ void trace(const World& world, const FrameSampler& sampler, Wavefront& wave, Ray
   stats.paths += static_cast<std::uint64_t>(wave.count);
   Tracer tracer(world, sampler, wave, stats);
   tracer.trace();
-  for (int i = 0; i < wave.count; ++i) wave.lights[i] = tracer.result(i);
+  for (int i = 0; i < wave.count; ++i) wave.path_lights[i] = tracer.result(i);
 }
 
 void find_first_hits(const World& world, const RayOf<Pack3>& rays,

@@ -37,7 +37,7 @@ struct Wavefront {
   std::array<Ray, kMax> rays;               ///< `far` is ignored
   std::array<std::uint32_t, kMax> samples;  ///< SampleIndex::reversed of each ray
   std::uint32_t sequence = 0;               ///< SampleIndex::sequence of all rays
-  std::array<PathLight, kMax> lights;       ///< filled by trace()
+  std::array<PathLight, kMax> path_lights;  ///< filled by trace()
 };
 
 /// Traces the light along the wavefront's rays. Vertex v of a path draws the sampler's set 1 + v.

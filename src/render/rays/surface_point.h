@@ -81,6 +81,7 @@ PM_HD SurfacePointOf<T3> make_surface_point(const CornersOf<T3>& p, const Corner
 }
 
 /// Reads the corners and shading normals of a triangle at a time while the shutter is open, [0, 1].
+/// `n` becomes 0 if the mesh has no normals.
 template <class Traced>
 PM_HD void read_triangle(const Traced& traced, std::uint32_t triangle, float time,
                          CornersOf<Vec3>& p, CornersOf<Vec3>& n) {

@@ -48,8 +48,8 @@ class EdgeNeighborhood {
   PM_HD EdgeNeighborhood(const Traced& traced, const Ray& ray)
       : traced_(traced), ray_(ray), d_(ray.direction) {}
 
-  /// Calls f(other) for all triangles that share a corner with an edge of `triangle` close to the
-  /// ray.
+  /// Calls f(other) for all triangles, `triangle` included, that share a corner with an edge of
+  /// `triangle` close to the ray; for some of them more than once.
   template <class F>
   PM_HD void for_each_near(std::uint32_t triangle, const EdgeFunctions& edges, const F& f) const {
     const Triangle& t = traced_.mesh->triangles[triangle];
