@@ -108,7 +108,7 @@ std::vector<std::string> list_traced_channels(const FrameJob& job,
 /// Allocates the sums of a part's mattes.
 MatteSums make_matte_sums(const SampleRange& part, const ImageSettings& image,
                           const Mattes& mattes) {
-  MatteSums sums{mattes.layers(), {}};
+  MatteSums sums{mattes.layers(), /*sums=*/{}};
   sums.sums.resize(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) *
                    mattes.layer_count() * list_nodes(part).size());
   return sums;

@@ -196,7 +196,7 @@ class Tile {
   void copy_device_centers(int y) {
     CenterRow& row = centers_[y];
     for (int k = 0; k < kTile / kLanes; ++k)
-      row.intersections[k] = {{}, intersect_floor(job_.world.floor, row.rays[k])};
+      row.intersections[k] = {/*mesh=*/{}, intersect_floor(job_.world.floor, row.rays[k])};
     for (int x = 0; x < width_; ++x) {
       const MeshHit& hit = job_.device_film->centers[film_index(x, y)];
       MeshHitOf<Pack>& hits = row.intersections[x / kLanes].mesh;

@@ -263,8 +263,7 @@ class CudaTracer : public DeviceTracer {
     }
   }
 
-  static constexpr std::size_t kFilmStart =
-      256;  ///< bytes of `film_` before the sums, which hold the tally
+  static constexpr std::size_t kFilmStart = 256;  ///< bytes of `film_` for the tally
 
   int index_;
   cudaStream_t stream_ = nullptr;

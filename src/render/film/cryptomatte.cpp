@@ -82,7 +82,7 @@ Mattes::Mattes(const std::string& layers, const RenderScene& scene) {
     const char* layer = kLayers[static_cast<std::size_t>(kind)];
     if (!includes_aov(layers, layer)) continue;
     kinds_.push_back(kind);
-    tables_.push_back({layer, {}});
+    tables_.push_back({layer, /*manifest=*/{}});
   }
   if (tables_.empty()) return;
   const bool shadow_only = scene.ground.shadow_only;

@@ -110,8 +110,8 @@ Guide trace_guide(const World& world, Ray ray, Intersection intersection, RaySta
   }
   // The studio's paper has no features, so its albedo is 1. A tinted ray comes from a mirror or
   // from glass, which show the sky instead.
-  if (tint == Vec3{1, 1, 1} && !world.backdrop.shows_sky) return {{1, 1, 1}, {}};
-  return {tint * min(max(sky_radiance(world.sky, ray.direction), {}), {1, 1, 1}), {}};
+  if (tint == Vec3{1, 1, 1} && !world.backdrop.shows_sky) return {{1, 1, 1}, /*normal=*/{}};
+  return {tint * min(max(sky_radiance(world.sky, ray.direction), {}), {1, 1, 1}), /*normal=*/{}};
 }
 
 std::vector<std::string> list_guide_channels() {

@@ -90,7 +90,7 @@ DistantLight make_disc(float azimuth, float elevation, float size, Vec3 irradian
   light.irradiance = irradiance;
   light.sample_power = irradiance;
   if (size > 0) {
-    // From almost a point to a hemisphere.
+    // The limits are almost a point and a hemisphere.
     const float radius = std::clamp(0.5f * radians(size), 1e-3f, 0.5f * kPi);
     const float sin_radius = sine(radius);
     light.cos_radius = cosine(radius);

@@ -242,7 +242,7 @@ class Tracer {
     // For unoccluded rays the control variate is exact. For rays through glass it is subtracted,
     // and the attenuated sky is added below.
     const PackMask attenuated = visible & (min_component(transmittance) < 1.0f);
-    if (any(attenuated)) add_sky(world_, path, Pack{}, attenuated);
+    if (any(attenuated)) add_sky(world_, path, /*fraction=*/Pack{}, attenuated);
     path.throughput = path.throughput * transmittance;
     leave_scene(world_, path, visible);
   }

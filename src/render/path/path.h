@@ -51,7 +51,7 @@ struct PathOf {
   V alpha = broadcast<V>(1);                    ///< PathLight::alpha
   V unlit{};                                    ///< PathLight::unlit
   V depth_left{};                               ///< surfaces at which the path may still scatter
-  V free_mirrors = broadcast<V>(kFreeMirrors);  ///< further mirrors that do not count
+  V free_mirrors = broadcast<V>(kFreeMirrors);  ///< further mirrors exempt from depth_left
   BitsOf<V> flags = BitsOf<V>{} + (kFromCamera | (kMaxGlassBoundaries << kGlassShift));
   BitsOf<V> sample{};  ///< SampleIndex::reversed
 };
@@ -83,7 +83,7 @@ PM_HD inline V power_heuristic(V own, V other) {
   const V ratio = other / own;
   return zero_unless(own > 0.0f, 1.0f / (1.0f + ratio * ratio));
 }
-/// Returns the same weight without squaring the pdfs.
+/// Returns the weight by the balance heuristic (Veach 1997); `own` and `other` as above.
 template <class V>
 PM_HD inline V balance_heuristic(V own, V other) {
   return own / (own + other);

@@ -314,7 +314,7 @@ PM_HD MaskOf<T3> scatter_on_mesh(const World& world, VerticesOf<T3, Shadows>& ve
   // control variate is subtracted again.
   const MaskOf<T3> above = dot(direction, point.normal) > 0.0f;
   const MaskOf<T3> below_triangle = scattered & !above;
-  if (any(below_triangle)) add_sky(world, path, V{}, below_triangle);
+  if (any(below_triangle)) add_sky(world, path, /*fraction=*/V{}, below_triangle);
   return scattered & above;
 }
 

@@ -48,7 +48,7 @@ struct ShadingRows {
 Pack floor(Pack a) {
   const Pack truncated = to_float(truncate(a));
   const Pack rounded = truncated - zero_unless(truncated > a, broadcast<Pack>(1));
-  return select(abs(a) < 0x1p23f, rounded, a);  // larger numbers are whole, and may not fit
+  return select(abs(a) < 0x1p23f, rounded, a);  // larger numbers are whole; truncate() may overflow
 }
 
 /// Counterpart of texture_taps() (image/texture.h) for eight texture coordinates: along one axis,
@@ -74,7 +74,7 @@ struct PackTaps {
   static void store(PackMask from, std::int32_t* to) { std::memcpy(to, &from, sizeof from); }
 };
 
-/// A colour and a fourth float without meaning, which one instruction loads.
+/// A colour and an unused fourth float, so that one instruction loads a texel.
 typedef float Quad __attribute__((vector_size(16)));
 
 /// Samples a texture of three channels or more at eight points, as sample_texture() does at one.

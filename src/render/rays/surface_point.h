@@ -25,7 +25,7 @@ PM_HD T3 bend_to_valid_reflection(T3 shading, T3 normal, T3 view) {
   using V = ComponentOf<T3>;
   const T3 mirrored = shading * (2.0f * dot(shading, view)) - view;
   const V cosine = dot(mirrored, normal);
-  // The limit is below the view ray's own cosine, so that a grazing view can keep it, too.
+  // The limit is below the view ray's own cosine, so that even a grazing view can meet it.
   const V min_cosine = min(0.9f * dot(view, normal), 0.01f);
   const MaskOf<T3> too_low = cosine < min_cosine;
   if (!any(too_low)) return shading;
@@ -59,7 +59,7 @@ PM_HD SurfacePointOf<T3> make_surface_point(const CornersOf<T3>& p, const Corner
   SurfacePointOf<T3> point;
   point.position = interpolate(p, hit.u, hit.v);
   const T3 normal = normalized(cross(p.b - p.a, p.c - p.a));
-  // A triangle without an area has the normal 0; it then faces the ray.
+  // A triangle without an area has the cross product 0; its normal is the direction to the viewer.
   point.normal = select(dot(normal, normal) > 0.5f, normal, view);
   const V side = copysign(broadcast<V>(1), dot(point.normal, view));
   point.normal = point.normal * side;
