@@ -39,6 +39,7 @@ struct BvhTriangle {
   std::uint32_t mesh = 0, triangle = 0;
 };
 
+/// A subtree of the hierarchy under construction.
 struct BvhCluster {
   Box box;
   std::int32_t node = 0;  ///< the cluster's node or triangle, encoded like BvhNode::children

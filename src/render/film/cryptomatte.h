@@ -83,6 +83,7 @@ class Mattes {
   };
   /// Adds a name to the table of its kind, if the image has that layer, and returns the id.
   float add_id(Kind kind, std::string_view name);
+  /// Adds the ids of all materials at a hit, with their weights in the blend of layers.
   void add_material(const RenderMesh& mesh, const MeshIds& ids, const MeshHit& hit,
                     MattePixel& pixel) const;
   /// Finds the id of the label at a hit: of the object's name if the mesh has no labels, and of the

@@ -141,8 +141,8 @@ Status check_equal(const Part& a, const Part& b, const std::vector<std::string>&
   return Ok{};
 }
 
-/// Merges parts that have been checked. `mattes`: its layers are given; if the result is a larger
-/// part, its sums are set.
+/// Merges parts that have been checked into a picture (`is_picture`) or into a larger part.
+/// `mattes` gives the layers; for a larger part, run() sets mattes.sums.
 class Merger {
  public:
   Merger(std::span<const Part> parts, const std::vector<std::vector<NodeChannels>>& part_nodes,

@@ -192,6 +192,7 @@ Vec3 integrate_upper(const Sky& sky) {
       cosines += weight;
     }
   }
+  // As in make_irradiance(), this makes the irradiance of a constant sky exact.
   return Vec3{static_cast<float>(r), static_cast<float>(g), static_cast<float>(b)} *
          static_cast<float>(static_cast<double>(kPi) / cosines);
 }

@@ -88,6 +88,7 @@ class Tracer {
     for (int l = 0; l < kLanes; ++l) rows[l] = list.items[std::min(first + l, list.count - 1)];
     return rows;
   }
+  /// Loads eight paths, one per lane.
   Paths load(PackBits rows) const {
     const float* starts[kLanes];
     for (int l = 0; l < kLanes; ++l) starts[l] = &paths_[rows[l]].ray.origin.x;
@@ -97,6 +98,7 @@ class Tracer {
     std::memcpy(&path, columns, sizeof path);  // Paths consists of kPathWidth packs
     return path;
   }
+  /// Stores the paths of the lanes `where`.
   void store(const Paths& path, PackBits rows, PackMask where) {
     Pack columns[kPathWidth];
     std::memcpy(columns, &path, sizeof path);
