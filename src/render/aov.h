@@ -21,7 +21,7 @@ struct FirstHit {
   Vec2 uv;              ///< texture coordinates
   Vec2 motion;          ///< pixels to the next frame, x to the right, y down; 0 in the last frame
   float progress = 0;   ///< progress of the morph (RenderMesh), [0, 1]; 0 on the floor
-  float t = 0;          ///< time within the sequence, [0, 1]
+  float t = 0;          ///< time within the sequence, [0, 1]; 0 unless a mesh is hit
   float label = 0;      ///< label of the nearest vertex, from 1; 0 = none
 };
 

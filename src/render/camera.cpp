@@ -95,13 +95,14 @@ void set_view(Camera& camera, const CameraSettings& settings, Vec3 target) {
   set_axes(camera, -to_camera, settings.up);
 }
 
-/// Returns the given position after orbit and dolly.
+/// Returns the given position after orbit and dolly: without either, exactly the given numbers.
 Vec3 get_position(const CameraSettings& settings, Vec3 target) {
   if (settings.orbit == 0 && settings.dolly == 1) return *settings.position;
   return target + rotate_about_y(*settings.position - target, settings.orbit) * settings.dolly;
 }
 
-/// Sets lens and shutter. Without a given focus the target is sharp, if it is before the camera.
+/// Sets lens and shutter. Without a given focus the target is sharp, if it is in front of the
+/// camera.
 void set_lens(Camera& camera, const CameraSettings& settings, Vec3 target) {
   camera.lens_radius = 0.5f * settings.aperture;
   camera.focus =
@@ -170,6 +171,7 @@ Camera make_camera(const CameraSettings& settings, const Box& scene_box, int wid
 Camera make_camera(const CameraSettings& settings, std::span<const Vec3> points, int width,
                    int height) {
   const Box box = bounding_box(points);
+  // Points without an extent are replaced by the corners of a cube (make_usable_box()).
   if (!(box.diagonal() > 0)) return make_camera(settings, box, width, height);
   const Vec3 target = settings.target.value_or(box.center());
   Camera camera = frame_points(settings, points, target, width, height);
@@ -225,6 +227,7 @@ Camera make_camera(const CameraSettings& settings, const Framing& framing) {
   if (settings.position) {
     camera.position = get_position(settings, target);
   } else {
+    // A larger margin than the smallest of all poses needs a larger distance.
     const float distance = framing.distance * settings.dolly * usable_fraction(framing.margin) /
                            usable_fraction(settings.margin);
     camera.position = settings.target.value_or(framing.anchor) - camera.forward * distance;

@@ -108,7 +108,7 @@ std::vector<std::string> list_traced_channels(const FrameJob& job,
 /// Allocates the sums of a part's mattes.
 MatteSums make_matte_sums(const SampleRange& part, const ImageSettings& image,
                           const Mattes& mattes) {
-  MatteSums sums{mattes.layers(), {}};
+  MatteSums sums{mattes.layers(), /*sums=*/{}};
   sums.sums.resize(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) *
                    mattes.layer_count() * list_nodes(part).size());
   return sums;
@@ -212,7 +212,7 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   world.lamps = lamps;
   world.floor = make_floor(scene.ground, sequence_bounds);
   if (shows_sky) world.floor.far_tone = 1;
-  // Straight down, the studio's sky shows the lit floor, whose colour the paper has.
+  // The paper has the colour of the lit floor, which the studio's sky shows straight down.
   world.backdrop = {shows_sky,
                     sky_radiance(state.sky, Vec3{0, -1, 0}),
                     {scene.camera.right, scene.camera.up, scene.camera.forward},
@@ -223,7 +223,7 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   world.look = scene.look;
   world.white = white_level(suns, lamps, state.sky);
   world.max_depth = std::max(1, image.max_depth);
-  world.direct_only = image.max_depth == 0;
+  world.direct_only = image.max_depth == 0;  // direct light only
   world.has_glass = has_glass(scene);
   world.shadow_only = scene.ground.shadow_only;
   world.transparent = image.transparent || scene.ground.shadow_only;

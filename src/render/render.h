@@ -25,7 +25,7 @@ namespace polymorph {
 /// follow the mesh's triangles. All members are borrowed.
 struct MaterialBorders {
   const Model* model = nullptr;
-  const ClosestPointQuery* closest = nullptr;  ///< search on the model's surface
+  const ClosestPointQuery* closest = nullptr;  ///< finds closest points on the model's surface
   std::span<const BorderTriangle> triangles;   ///< the mesh's triangles that cross a border
   /// Per mesh triangle: its index in `triangles`, or TransferredMaterials::kNoBorder. Empty: there
   /// are no borders.
@@ -49,9 +49,9 @@ struct MaterialLayer {
 /// barycentric weights of its second and third corner.
 TexturePoint texture_point(const MaterialLayer& layer, std::uint32_t triangle, float u, float v);
 
-/// A layer that is blended over others: colours, gloss and roughness are mixed.
+/// A layer that is blended over others: all parameters of the materials are interpolated.
 struct MixedLayer : MaterialLayer {
-  float share = 0;  ///< [0, 1]
+  float share = 0;  ///< weight of this layer, [0, 1]; the layers below it have the rest
 };
 
 /// One surface to trace, with its own materials. Spans are borrowed while a frame is rendered.
@@ -180,7 +180,7 @@ class Renderer {
   /// Renders a frame, or a part of it. A frame has the channels R G B A (alpha is below 1 only if
   /// the image is transparent or the ground shadow_only), then the AOVs of the first surface that
   /// the ray through the pixel's centre hits (render/aov.h). The image is the same for any number
-  /// of threads.
+  /// of threads. Errors: kResource.
   Result<Image> render(const RenderScene& scene, const RenderSettings& settings);
 
   /// Lets a GPU (render/device/device_tracer.h) trace frames. The CPU traces the frames that the
@@ -190,10 +190,10 @@ class Renderer {
 
   struct Stats {
     double build_seconds = 0, trace_seconds = 0, denoise_seconds = 0;
-    std::uint64_t rays = 0, paths = 0;
+    std::uint64_t rays = 0, paths = 0;  ///< one path per sample of a pixel
   };
-  Stats stats() const;  ///< statistics of the last call of render()
-  std::string isa() const;
+  Stats stats() const;      ///< statistics of the last call of render()
+  std::string isa() const;  ///< Embree's instruction set (create())
 
  private:
   struct State;

@@ -13,8 +13,8 @@ namespace polymorph {
 
 inline constexpr int kMaxSamples = 65536;  ///< limit of image.samples
 
-/// The samples [first, end) of a picture of `total` samples per pixel. Both are multiples of
-/// kSampleBlock, except that `end` may be `total`.
+/// The samples [first, end) of a picture of `total` samples per pixel. `first` and `end` are
+/// multiples of kSampleBlock, except that `end` may be `total`.
 struct SampleRange {
   int first = 0, end = 0, total = 0;
   int count() const { return end - first; }

@@ -17,7 +17,7 @@
 namespace polymorph {
 namespace {
 
-constexpr int kPixels = kTile * kTile;
+constexpr int kPixels = kTile * kTile;  // of a whole tile
 
 /// Projects a direction to the film: pixels from the image's centre, x right, y down. A direction
 /// that does not point forward lands very far from the centre.
@@ -77,9 +77,10 @@ class Tile {
 
   /// Intersects the rays through the pixels' centres, if AOVs or steady noise need them.
   void intersect_centers() {
-    const bool steady = casts_rays() && job_.needs_motion_test();
+    // Only the rays of samples depend on `moving_`.
+    const bool finds_motion = casts_rays() && job_.needs_motion_test();
     moving_.fill(job_.camera.moves);
-    if (job_.aovs.empty() && !steady) return;
+    if (job_.aovs.empty() && !finds_motion) return;
     for (int y = 0; y < height_; ++y) {
       CenterRow& row = centers_[y];
       const Pack film_y = broadcast<Pack>(static_cast<float>(top_ + y));
@@ -92,7 +93,7 @@ class Tile {
       else
         intersect_closest(job_.world, row.rays, row.intersections, width_, /*coherent=*/true,
                           stats_);
-      if (!steady) continue;
+      if (!finds_motion) continue;
       for (int x = 0; x < width_; ++x) {
         const std::uint32_t mesh = row.intersections[x / kLanes].mesh.mesh[x % kLanes];
         moving_[y * width_ + x] = mesh != kNoMesh && job_.world.geometry->mesh(mesh).moves;
@@ -100,6 +101,7 @@ class Tile {
     }
   }
 
+  /// Writes ids and coverages into the channels that follow the AOVs.
   void write_mattes(Image& film) {
     const std::size_t layers = job_.mattes->layer_count();
     for (int i = 0; i < width_ * height_; ++i) {
@@ -155,7 +157,7 @@ class Tile {
         for (int l = 0; l < kLanes && k * kLanes + l < width_; ++l) {
           FirstHit& hit = hits[l];
           const Vec3 direction = lane(rays.direction, l);
-          // From the distance along the ray to that along the view axis.
+          // Convert the distance along the ray to that along the view axis.
           if (hit.id > 0) hit.depth *= dot(direction, job_.camera.camera.forward);
           if (has_motion) hit.motion = compute_motion(hit, direction);
           float* pixel = &film.at(left_ + k * kLanes + l, top_ + y, job_.first_aov);
@@ -194,7 +196,7 @@ class Tile {
   void copy_device_centers(int y) {
     CenterRow& row = centers_[y];
     for (int k = 0; k < kTile / kLanes; ++k)
-      row.intersections[k] = {{}, intersect_floor(job_.world.floor, row.rays[k])};
+      row.intersections[k] = {/*mesh=*/{}, intersect_floor(job_.world.floor, row.rays[k])};
     for (int x = 0; x < width_; ++x) {
       const MeshHit& hit = job_.device_film->centers[film_index(x, y)];
       MeshHitOf<Pack>& hits = row.intersections[x / kLanes].mesh;
@@ -222,7 +224,8 @@ class Tile {
     if (wave_.count > 0) flush();
   }
 
-  /// Traces the paths that have been collected in the wave.
+  /// Makes the camera rays of the samples that the wave has collected, and traces what is needed of
+  /// them: mattes and guides, and the light unless a GPU has traced it.
   void flush() {
     check_interruption();  // a tile of many samples takes seconds
     for (int first = 0; first < wave_.count; first += kLanes) make_camera_rays(first);
@@ -230,11 +233,12 @@ class Tile {
     if (!job_.device_film) trace_wave();
     wave_.count = 0;
   }
+  /// Traces the light along the wave's rays, and adds it to the sums of the pixels.
   void trace_wave() {
     trace(job_.world, job_.sampler, wave_, stats_);
     for (int i = 0; i < wave_.count; ++i) {
       SampleSums<PixelSum>& sums = sums_[pixels_[i]];
-      add_sample(sums.block(), wave_.lights[i], sample_indices_[i] % 2 == 1);
+      add_sample(sums.block(), wave_.path_lights[i], sample_indices_[i] % 2 == 1);
       if (ends_block(i)) sums.end_block(block_index(i));
     }
   }
@@ -254,7 +258,7 @@ class Tile {
       RayOf<Pack3> rays[kPacket / kLanes];
       IntersectionOf<Pack> intersections[kPacket / kLanes];
       for (int i = 0; i < kPacket; ++i) {
-        const Ray& ray = wave_.rays[first + std::min(i, count - 1)];
+        const Ray& ray = wave_.rays[first + std::min(i, count - 1)];  // repeats the last one
         RayOf<Pack3>& pack = rays[i / kLanes];
         set_lane(pack.origin, i % kLanes, ray.origin);
         set_lane(pack.direction, i % kLanes, ray.direction);
@@ -294,7 +298,7 @@ class Tile {
       x[i - first] = static_cast<float>(column);
       y[i - first] = static_cast<float>(row);
       index[i - first] = wave_.samples[i] = sample.reversed;
-      wave_.sequence = sample.sequence;
+      wave_.sequence = sample.sequence;  // the same for the whole tile (SampleIndex)
     }
     const PathSamplerOf<Pack> sampler(job_.sampler, wave_.sequence, index);
     const RayOf<Pack3> rays = sample_camera_rays<Pack3>(job_.camera, sampler, x, y);
@@ -335,7 +339,7 @@ class Tile {
   const int left_, top_, width_, height_;
   std::array<SampleSums<PixelSum>, kPixels> sums_{};
   std::array<bool, kPixels> done_{};            ///< pixels that get no more samples
-  std::vector<SampleSums<MattePixel>> mattes_;  ///< one per pixel and layer
+  std::vector<SampleSums<MattePixel>> mattes_;  ///< one per pixel and layer; layers run fastest
   std::vector<SampleSums<GuideSum>> guides_;    ///< one per pixel, or empty without denoising
   /// Rays through the centres of a row's pixels.
   struct CenterRow {
@@ -348,7 +352,7 @@ class Tile {
   std::array<int, Wavefront::kMax> pixels_;  ///< pixel per path of the wave
   std::array<std::uint32_t, Wavefront::kMax>
       sample_indices_;             ///< index of the sample within the pixel, per path
-  std::uint32_t last_sample_ = 0;  ///< last sample of the round
+  std::uint32_t last_sample_ = 0;  ///< index of the last sample of the round
 };
 
 }  // namespace

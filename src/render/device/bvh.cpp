@@ -12,6 +12,7 @@ Bvh build_bvh(const DeviceScene& scene) {
     std::uint32_t position;
     BvhTriangle triangle;
   };
+  // Sort the triangles along the curve. Each begins as a cluster.
   std::vector<SortedTriangle> sorted;
   for (std::uint32_t m = 0; m < scene.meshes.size(); ++m)
     for (std::uint32_t t = 0; t < scene.mesh(m).triangles.size(); ++t) {
@@ -28,6 +29,7 @@ Bvh build_bvh(const DeviceScene& scene) {
         {scene.triangle_box(triangle), ~static_cast<std::int32_t>(bvh.triangles.size())});
     bvh.triangles.push_back(triangle);
   }
+  // Merge clusters in rounds until one is left.
   for (int round = 0; clusters.size() > 1; ++round) {
     const int count = static_cast<int>(clusters.size());
     std::vector<int> nearest;

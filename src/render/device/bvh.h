@@ -39,6 +39,7 @@ struct BvhTriangle {
   std::uint32_t mesh = 0, triangle = 0;
 };
 
+/// A subtree of the hierarchy under construction.
 struct BvhCluster {
   Box box;
   std::int32_t node = 0;  ///< the cluster's node or triangle, encoded like BvhNode::children
@@ -92,6 +93,7 @@ PM_HD inline int nearest_cluster(const BvhCluster* clusters, int count, int i) {
 }
 
 /// Returns the index of the cluster with which cluster i is merged in this round, or -1 for none.
+/// `nearest`: nearest_cluster() of each cluster.
 PM_HD inline int merge_partner(const int* nearest, int count, int i, int round) {
   if (round >= kMaxBvhRounds) return (i ^ 1) < count ? i ^ 1 : -1;
   return nearest[i] >= 0 && nearest[nearest[i]] == i ? nearest[i] : -1;

@@ -53,11 +53,11 @@ __global__ void __launch_bounds__(kThreads)
   count_rays(stats, tally);
 }
 
-/// Traces the samples of a band's pixels, one sample per thread: lights[path] has all samples of
-/// the first pixel, then those of the next.
+/// Traces the samples of a band's pixels, one sample per thread: path_lights[path] has all samples
+/// of the first pixel, then those of the next.
 __global__ void __launch_bounds__(kThreads, kBlocks)
-    trace_paths(const __grid_constant__ DeviceFrame frame, Band band, Film film, PathLight* lights,
-                Tally* tally) {
+    trace_paths(const __grid_constant__ DeviceFrame frame, Band band, Film film,
+                PathLight* path_lights, Tally* tally) {
   const int samples = frame.end_sample - frame.first_sample, width = frame.camera.size.width;
   const std::size_t path = static_cast<std::size_t>(blockIdx.x) * blockDim.x + threadIdx.x;
   RayStats stats;
@@ -66,7 +66,7 @@ __global__ void __launch_bounds__(kThreads, kBlocks)
     const int sample = frame.first_sample + static_cast<int>(path % samples);
     if (!film.done || !film.done[pixel]) {
       const MeshHit center = frame.needs_motion_test ? film.centers[pixel] : MeshHit{};
-      lights[path] =
+      path_lights[path] =
           trace_sample(frame, pixel % width, pixel / width, static_cast<std::uint32_t>(sample),
                        shows_motion(frame, center), stats);
     }
@@ -74,16 +74,16 @@ __global__ void __launch_bounds__(kThreads, kBlocks)
   count_rays(stats, tally);
 }
 
-/// Sums the lights of each pixel of a band into its nodes.
+/// Sums the light of each pixel's samples into its nodes.
 __global__ void __launch_bounds__(kThreads)
     sum_pixels(int first_sample, int end_sample, int width, Band band, int node_count, Film film,
-               const PathLight* lights) {
+               const PathLight* path_lights) {
   const int i = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
   if (i >= band.pixels) return;
   const int pixel = band.first_row * width + i;
   if (film.done && film.done[pixel]) return;
   const auto samples = static_cast<std::size_t>(end_sample - first_sample);
-  sum_samples(lights + i * samples, first_sample, end_sample, film.done && first_sample > 0,
+  sum_samples(path_lights + i * samples, first_sample, end_sample, film.done && first_sample > 0,
               film.sums + static_cast<std::size_t>(pixel) * node_count);
 }
 
@@ -159,15 +159,16 @@ class CudaTracer : public DeviceTracer {
     DeviceFrame frame;
     if (const cudaError_t error = upload(job, pack_frame(job, nullptr, nullptr, frame), frame))
       return error;
-    // The rays take the memory of the lights, and the hits that of the film.
-    if (const cudaError_t error = lights_.reserve(rays.size_bytes())) return error;
+    // The rays take the memory of the paths' light, and the hits that of the film.
+    if (const cudaError_t error = path_lights_.reserve(rays.size_bytes())) return error;
     if (const cudaError_t error = film_.reserve(hits.size_bytes())) return error;
-    cudaMemcpyAsync(lights_.data(), rays.data(), rays.size_bytes(), cudaMemcpyHostToDevice,
+    cudaMemcpyAsync(path_lights_.data(), rays.data(), rays.size_bytes(), cudaMemcpyHostToDevice,
                     stream_);
     if (const cudaError_t error = cudaStreamSynchronize(stream_)) return error;
     const Stopwatch stopwatch;
     find_ray_hits<<<block_count(rays.size()), kThreads, 0, stream_>>>(
-        frame.scene, lights_.as<Ray>(), static_cast<int>(rays.size()), bare, film_.as<MeshHit>());
+        frame.scene, path_lights_.as<Ray>(), static_cast<int>(rays.size()), bare,
+        film_.as<MeshHit>());
     if (const cudaError_t error = cudaStreamSynchronize(stream_)) return error;
     seconds = stopwatch.seconds();
     return cudaMemcpy(hits.data(), film_.data(), hits.size_bytes(), cudaMemcpyDeviceToHost);
@@ -185,7 +186,7 @@ class CudaTracer : public DeviceTracer {
     const std::size_t sum_count = width * height * nodes,
                       center_count = frame.finds_centers ? width * height : 0;
     if (const cudaError_t error =
-            lights_.reserve(buffers.rows * width * buffers.samples * sizeof(PathLight)))
+            path_lights_.reserve(buffers.rows * width * buffers.samples * sizeof(PathLight)))
       return error;
     // `film_` holds the tally, the pixels' sums, their centres and the marks of convergence, in
     // this order. All but the marks are copied back.
@@ -226,7 +227,7 @@ class CudaTracer : public DeviceTracer {
     const auto* host_sums = reinterpret_cast<const PixelSum*>(host_film_.data() + kFilmStart);
     const auto samples = static_cast<std::size_t>(job.samples.count());
     stats.paths +=
-        frame.noise > 0 ? count_samples({host_sums, sum_count}) : width * height * samples;
+        frame.noise > 0 ? sum_sample_counts({host_sums, sum_count}) : width * height * samples;
     film = {list_nodes(job.samples),
             {host_sums, sum_count},
             {reinterpret_cast<const MeshHit*>(host_sums + sum_count), center_count}};
@@ -240,7 +241,7 @@ class CudaTracer : public DeviceTracer {
     return cudaEventSynchronize(finished_);
   }
 
-  static std::uint64_t count_samples(std::span<const PixelSum> sums) {
+  static std::uint64_t sum_sample_counts(std::span<const PixelSum> sums) {
     std::uint64_t count = 0;
     for (const PixelSum& sum : sums) count += static_cast<std::uint64_t>(sum.samples);
     return count;
@@ -255,20 +256,20 @@ class CudaTracer : public DeviceTracer {
       const std::size_t pixels = std::min(rows, height - row) * width;
       const Band band{static_cast<int>(row), static_cast<int>(pixels)};
       trace_paths<<<block_count(pixels * samples), kThreads, 0, stream_>>>(
-          frame, band, film, lights_.as<PathLight>(), tally);
+          frame, band, film, path_lights_.as<PathLight>(), tally);
       sum_pixels<<<block_count(pixels), kThreads, 0, stream_>>>(
           frame.first_sample, frame.end_sample, frame.camera.size.width, band, frame.node_count,
-          film, lights_.as<PathLight>());
+          film, path_lights_.as<PathLight>());
     }
   }
 
-  static constexpr std::size_t kFilmStart = 256;  ///< offset of the sums in `film_`, bytes
+  static constexpr std::size_t kFilmStart = 256;  ///< bytes of `film_` for the tally
 
   int index_;
   cudaStream_t stream_ = nullptr;
   cudaEvent_t finished_ = nullptr;  ///< recorded after the work that wait_asleep() waits for
   CudaHierarchy hierarchy_;
-  DeviceMemory scene_, lights_, film_;
+  DeviceMemory scene_, path_lights_, film_;
   HostMemory packed_, host_film_;
 };
 

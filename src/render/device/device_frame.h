@@ -17,7 +17,8 @@ struct DeviceFrame {
   DeviceScene scene;
   CameraSetup camera;
   FrameSampler sampler;
-  int first_sample = 0, end_sample = 0;  ///< samples [first, end) to trace: all, or one round's
+  /// Samples [first, end) to trace: all of them, or those of one round (round_end()).
+  int first_sample = 0, end_sample = 0;
   int node_count = 0;              ///< number of nodes that sum the frame's samples (list_nodes())
   bool finds_centers = false;      ///< whether the rays through pixels' centres are traced
   bool needs_motion_test = false;  ///< FrameJob::needs_motion_test()

@@ -173,7 +173,7 @@ struct DeviceScene {
     auto distance = static_cast<double>(ray.far);
     for_each_intersected(
         ray, intersects, [&](BvhTriangle candidate, const TriangleIntersection& intersection) {
-          if (intersection.distance > distance) return ray.far;
+          if (intersection.distance > distance) return ray.far;  // does not shorten the search
           if (best.mesh != kNoMesh && intersection.distance == distance &&
               (candidate.mesh > best.mesh ||
                (candidate.mesh == best.mesh && candidate.triangle >= best.triangle)))

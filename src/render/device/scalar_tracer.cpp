@@ -89,11 +89,11 @@ class ScalarTracer : public DeviceTracer {
                           RayStats& stats) {
     const bool continues = frame.noise > 0 && frame.first_sample > 0;
     if (frame.finds_centers && !continues) center = find_center(frame, x, y, stats);
-    std::vector<PathLight> lights;
+    std::vector<PathLight> path_lights;
     for (int s = frame.first_sample; s < frame.end_sample; ++s)
-      lights.push_back(trace_sample(frame, x, y, static_cast<std::uint32_t>(s),
-                                    shows_motion(frame, center), stats));
-    sum_samples(lights.data(), frame.first_sample, frame.end_sample, continues, sums);
+      path_lights.push_back(trace_sample(frame, x, y, static_cast<std::uint32_t>(s),
+                                         shows_motion(frame, center), stats));
+    sum_samples(path_lights.data(), frame.first_sample, frame.end_sample, continues, sums);
   }
 
   std::vector<PixelSum> sums_;

@@ -16,7 +16,8 @@ struct ShadowRay {
   RayStats& stats;
   Vec3 direct{};
 
-  PM_HD_CALL void add(const Ray& ray, Vec3 light, std::uint32_t, bool live) {
+  /// Omits rays that the floor occludes or that carry no light, as ShadowRays::add() does.
+  PM_HD_CALL void add(const Ray& ray, Vec3 light, std::uint32_t /*path*/, bool live) {
     if (!live || !(intersect_floor(world.floor, ray) == kInfinity) || is_black(light)) return;
     if (world.has_glass) {
       direct = direct + light * trace_transmittance(world, scene, ray, stats);
@@ -38,6 +39,7 @@ PM_HD inline void trace_final_ray(const World& world, const DeviceScene& scene, 
     ++stats.rays;
     if (scene.is_occluded(path.ray)) transmittance = {};
   }
+  // With a single bounce, an occluding surface reflects a fraction of the sky (kGuessedBounce).
   if (is_black(transmittance))
     return add_sky(world, path, world.max_depth == 1 ? kGuessedBounce : 0.0f, true);
   // For unoccluded rays the control variate is exact.
@@ -135,9 +137,9 @@ PM_HD inline PathLight trace_sample(const DeviceFrame& frame, int x, int y, std:
   return trace_path(frame, ray, index, stats);
 }
 
-/// Sums the lights of the samples [first, end) of a pixel into their nodes, as SampleSums does.
+/// Sums the light of the samples [first, end) of a pixel into their nodes, as SampleSums does.
 /// `continues`: on entry nodes[0] is the sum of all samples before `first`.
-PM_HD inline void sum_samples(const PathLight* lights, int first, int end, bool continues,
+PM_HD inline void sum_samples(const PathLight* path_lights, int first, int end, bool continues,
                               PixelSum* nodes) {
   // A range has at most 2^12 blocks (kMaxSamples). Its nodes have 13 sizes, at most two nodes each.
   constexpr int kMaxNodes = 26;
@@ -152,7 +154,7 @@ PM_HD inline void sum_samples(const PathLight* lights, int first, int end, bool 
   for (int start = first; start < end; start += kSampleBlock) {
     PixelSum sum;
     for (int s = start; s < end && s < start + kSampleBlock; ++s)
-      add_sample(sum, *lights++, s % 2 == 1);
+      add_sample(sum, *path_lights++, s % 2 == 1);
     BlockSpan span{start / kSampleBlock, 1};
     // Merges the node with its sibling, the result with its sibling, and so on.
     for (; count > 0 && are_siblings(spans[count - 1], span); --count) {

@@ -101,7 +101,7 @@ PM_HD RayOf<T3> sample_camera_rays(const CameraSetup& setup,
 template <class T3>
 PM_HD RayOf<T3> center_rays(const CameraSetup& setup, ComponentOf<T3> x, ComponentOf<T3> y) {
   return camera_rays(broadcast_camera<T3>(setup.camera), setup.size, {x + 0.5f, y + 0.5f},
-                     Vec2Of<ComponentOf<T3>>{}, /*pinhole=*/true);
+                     /*lens=*/Vec2Of<ComponentOf<T3>>{}, /*pinhole=*/true);
 }
 
 }  // namespace polymorph

@@ -64,6 +64,7 @@ void MattePixel::add(const MattePixel& other) {
 }
 
 std::array<float, 2 * kMatteRanks> MattePixel::rank(float samples) const {
+  // Sort by descending coverage, and equal coverages by id.
   std::vector<std::pair<float, float>> sorted = sums_;
   std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
     return a.second != b.second ? a.second > b.second : a.first < b.first;
@@ -81,7 +82,7 @@ Mattes::Mattes(const std::string& layers, const RenderScene& scene) {
     const char* layer = kLayers[static_cast<std::size_t>(kind)];
     if (!includes_aov(layers, layer)) continue;
     kinds_.push_back(kind);
-    tables_.push_back({layer, {}});
+    tables_.push_back({layer, /*manifest=*/{}});
   }
   if (tables_.empty()) return;
   const bool shadow_only = scene.ground.shadow_only;

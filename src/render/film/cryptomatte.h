@@ -39,6 +39,7 @@ struct MatteTable {
 /// Coverages of the ids that the samples of a pixel hit in one layer.
 class MattePixel {
  public:
+  /// Adds a weight, the fraction of a sample that shows this id. Weights <= 0 are ignored.
   void add(float id, float weight);
   /// Adds the coverages of further samples.
   void add(const MattePixel& other);
@@ -65,9 +66,9 @@ class Mattes {
   /// Lists the attributes of all layers: "cryptomatte/KEY/name", hash, conversion and manifest.
   std::vector<Attribute> attributes() const;
   /// Adds the first intersection of one camera ray to the current blocks of pixel[0] to
-  /// pixel[layer_count() - 1], the sums of the pixel's layers.
-  /// Glass counts as an opaque surface. The backdrop has its own id, so that coverages sum to 1, or
-  /// to alpha if the backdrop is transparent.
+  /// pixel[layer_count() - 1], the sums of the pixel's layers. Glass counts as an opaque surface.
+  /// The backdrop has its own id, so that coverages sum to 1, or to alpha if the backdrop is
+  /// transparent.
   void add_sample(const World& world, const Ray& ray, const Intersection& intersection,
                   SampleSums<MattePixel>* pixel) const;
 
@@ -78,10 +79,11 @@ class Mattes {
     /// Ids of materials: those of the mesh's own layer, then those of each layer of
     /// RenderMesh::over.
     std::vector<std::vector<float>> materials;
-    std::vector<float> labels;  ///< ids per label; without labels only `object`
+    std::vector<float> labels;  ///< ids per label; without labels, that of the object's name
   };
   /// Adds a name to the table of its kind, if the image has that layer, and returns the id.
   float add_id(Kind kind, std::string_view name);
+  /// Adds the ids of all materials at a hit, with their weights in the blend of layers.
   void add_material(const RenderMesh& mesh, const MeshIds& ids, const MeshHit& hit,
                     MattePixel& pixel) const;
   /// Finds the id of the label at a hit: of the object's name if the mesh has no labels, and of the

@@ -108,9 +108,10 @@ Guide trace_guide(const World& world, Ray ray, Intersection intersection, RaySta
     ray.far = intersection.floor;
     intersection.mesh = world.geometry->closest(ray);
   }
-  // The studio's paper has no features, so its albedo is 1. Mirrors and glass always show the sky.
-  if (tint == Vec3{1, 1, 1} && !world.backdrop.shows_sky) return {{1, 1, 1}, {}};
-  return {tint * min(max(sky_radiance(world.sky, ray.direction), {}), {1, 1, 1}), {}};
+  // The studio's paper has no features, so its albedo is 1. A tinted ray comes from a mirror or
+  // from glass, which show the sky instead.
+  if (tint == Vec3{1, 1, 1} && !world.backdrop.shows_sky) return {{1, 1, 1}, /*normal=*/{}};
+  return {tint * min(max(sky_radiance(world.sky, ray.direction), {}), {1, 1, 1}), /*normal=*/{}};
 }
 
 std::vector<std::string> list_guide_channels() {

@@ -17,19 +17,21 @@ namespace polymorph {
 namespace {
 
 constexpr const char* kNodeNames[kNodeChannels] = {"R", "G", "B", "A", "floor", "lit", "unlit"};
-constexpr const char* kFirstRank = "00.R";  // suffix of the name of a matte layer's first channel
+constexpr const char* kFirstMatteSuffix = "00.R";  // of the first channel of a matte layer
 
 /// Makes the prefix of the channels of a node, such as "s0-15.".
 std::string node_prefix(BlockSpan node, int total) {
   const int first = node.first * kSampleBlock;
   return fmt::format("s{}.", format_samples(first, first + count_samples(node, total)));
 }
+/// Makes the name of a channel of mattes, such as "s0-15.crypto_object.0.id".
 std::string matte_channel(const std::string& prefix, const std::string& layer, std::size_t index,
                           const char* suffix) {
   return fmt::format("{}{}.{}.{}", prefix, layer, index, suffix);
 }
 
-/// Reads a node's sums. PixelSum::odd is no channel, because parts exclude adaptive sampling.
+/// Reads a node's sums from its channels, in the order of kNodeNames. PixelSum::odd is no channel,
+/// because parts exclude adaptive sampling.
 PixelSum read_node(const float* pixel, std::span<const int> channels, int samples) {
   const auto at = [&](int i) { return pixel[channels[static_cast<std::size_t>(i)]]; };
   PixelSum sum;
@@ -65,7 +67,8 @@ Result<std::vector<NodeChannels>> find_node_channels(const Part& part,
                                                      const std::vector<std::string>& layers) {
   std::vector<NodeChannels> nodes;
   for (const BlockSpan node : list_nodes(part.samples)) {
-    NodeChannels channels{node, count_samples(node, part.samples.total), {}, {}};
+    NodeChannels channels{node, count_samples(node, part.samples.total), /*sums=*/{},
+                          /*mattes=*/{}};
     const std::string prefix = node_prefix(node, part.samples.total);
     for (const char* name : kNodeNames) {
       const int channel = part.image.find_channel(prefix + name);
@@ -79,7 +82,7 @@ Result<std::vector<NodeChannels>> find_node_channels(const Part& part,
       for (std::size_t index = 0;; ++index) {
         const int id = part.image.find_channel(matte_channel(prefix, layer, index, "id")),
                   sum = part.image.find_channel(matte_channel(prefix, layer, index, "sum"));
-        if (id < 0 && sum < 0) break;
+        if (id < 0 && sum < 0) break;  // the layer has no more ids
         if (id < 0 || sum < 0)
           return make_error(ErrorCode::kInput, "{}: is no whole part: half of {}{}.{} is missing",
                             part.name, prefix, layer, index);
@@ -138,8 +141,8 @@ Status check_equal(const Part& a, const Part& b, const std::vector<std::string>&
   return Ok{};
 }
 
-/// Merges parts that have been checked. `mattes`: its layers are given; if the result is a larger
-/// part, its sums are set.
+/// Merges parts that have been checked into a picture (`is_picture`) or into a larger part.
+/// `mattes` gives the layers; for a larger part, run() sets mattes.sums.
 class Merger {
  public:
   Merger(std::span<const Part> parts, const std::vector<std::vector<NodeChannels>>& part_nodes,
@@ -330,8 +333,8 @@ Result<Image> merge_parts(std::span<const Part> parts, bool is_draft) {
       split(find_text(first.image, kPartChannelsAttribute), ',');
   MatteSums mattes;
   for (const std::string& channel : channels)
-    if (channel.starts_with("crypto_") && channel.ends_with(kFirstRank))
-      mattes.layers.push_back(channel.substr(0, channel.find(kFirstRank)));
+    if (channel.starts_with("crypto_") && channel.ends_with(kFirstMatteSuffix))
+      mattes.layers.push_back(channel.substr(0, channel.find(kFirstMatteSuffix)));
   // Find the channels of all parts, and check that the parts belong to one picture.
   std::vector<std::vector<NodeChannels>> part_nodes;
   std::vector<std::string> other_names;

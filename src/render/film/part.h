@@ -71,9 +71,10 @@ struct Part {
 };
 
 /// Merges parts of one picture, which come in ascending order. The result is the picture if the
-/// parts have all of its samples, or if `is_draft`; otherwise it is a larger part. Only for a
-/// draft, a picture of the parts that there are, may samples be missing between the parts. The
-/// result has the attributes of the first part; a picture lacks those that begin with kPartPrefix.
+/// parts have all of its samples, or if `is_draft`; otherwise it is a larger part. A draft is a
+/// picture of the parts that there are, so samples may be missing between them; otherwise none may.
+/// The result has the attributes of the first part; a picture lacks those that begin with
+/// kPartPrefix.
 /// Errors (kInput): a channel is missing; sizes, colour spaces or layers differ.
 Result<Image> merge_parts(std::span<const Part> parts, bool is_draft = false);
 

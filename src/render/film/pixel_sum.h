@@ -6,7 +6,7 @@
 
 namespace polymorph {
 
-/// Lights and coverages summed over the samples of a pixel.
+/// Light and coverages summed over samples of a pixel.
 struct PixelSum {
   Vec3 light, odd;  ///< sums of radiance over all samples, and over those of odd index
   float alpha = 0, floor = 0, lit = 0, unlit = 0;  ///< sums of PathLight's members

@@ -44,6 +44,7 @@ class SampleSums {
   /// Adds a node. Nodes must come in ascending order; only a draft, a picture of the parts that
   /// there are (merge_parts()), may have gaps.
   void add(Node node) {
+    // Merge the node with its sibling, their parent with its own sibling, and so on.
     while (has_last_ && are_siblings(last_.blocks, node.blocks)) {
       last_.sum.add(node.sum);
       last_.blocks.count *= 2;

@@ -25,10 +25,11 @@ constexpr float kDepthJump = 0.05f;           // relative difference that separa
 constexpr float kDepthFalloff = 0.02f;  // relative change per pixel at which a tap's weight is 0
 constexpr float kDeviations = 4;        // standard deviations at which a weight is halved
 constexpr float kUnbounded = std::numeric_limits<float>::infinity();
-/// Key of all pixels that are not interior. NaN equals no key, not even itself.
+/// Key of all pixels that are not interior (find_interior_pixels()). NaN equals no key, not even
+/// itself.
 constexpr float kNoKey = std::numeric_limits<float>::quiet_NaN();
 
-/// A value per pixel of the picture and of a margin around it.
+/// A value per pixel of the picture and of a margin of kMargin pixels around it.
 using Plane = std::vector<float>;
 using Colors = std::array<Plane, 3>;
 
@@ -69,7 +70,7 @@ class Smoother {
   template <class F>
   void for_rows(const F& f) const {
     parallel_for(
-        height_, [&](std::int64_t y) { f(row_begin(static_cast<int>(y))); }, 16);
+        height_, [&](std::int64_t y) { f(row_begin(static_cast<int>(y))); }, /*grain=*/16);
   }
   /// Calls f(first pixel of a row, offset to a neighbour) for each row and each of the eight
   /// neighbours.
@@ -91,7 +92,7 @@ class Smoother {
           const int y = static_cast<int>(line);
           for (int x = 0; x < width_; ++x) f(row_begin(y) + static_cast<std::size_t>(x), x, y);
         },
-        16);
+        /*grain=*/16);
   }
   /// Averages `light_` over the pixels at most two rows and columns from (x, y) for which
   /// accepts(pixel) is true. Returns nullopt if there are none.
@@ -114,7 +115,7 @@ class Smoother {
   bool has_smooth_light(std::size_t i) const { return key_[i] >= 0 || !(id_[i] > 0); }
 
   /// Copies the film's layers to planes, whose margins repeat the outermost pixels, and divides the
-  /// colours by the albedos.
+  /// colours by the albedos. Values that are not finite become 0.
   void load_layers() {
     struct Layer {
       const char* name;
@@ -142,6 +143,7 @@ class Smoother {
       planes[k] = layers[k].plane->data();
     }
     inv_depth_range_.resize(size_);
+    // Loads a row of the planes, including the margin. Line 0 is the topmost row of the margin.
     const auto load_line = [&](std::int64_t line) {
       const int y = std::clamp(static_cast<int>(line) - kMargin, 0, height_ - 1);
       const std::size_t first = static_cast<std::size_t>(line) * static_cast<std::size_t>(stride_);
@@ -156,10 +158,10 @@ class Smoother {
       }
       divide_by_albedo(first, end);
     };
-    parallel_for(height_ + 2 * kMargin, load_line, 16);
+    parallel_for(height_ + 2 * kMargin, load_line, /*grain=*/16);
   }
-  /// Divides the colours of some pixels by their albedos. Where nothing is hit, the colour is the
-  /// light itself. Sets `inv_depth_range_`.
+  /// Divides the colours of the pixels [first, end) by their albedos, and sets `albedo_` to the
+  /// divisors: at least kMinAlbedo, and 1 where nothing is hit. Sets `inv_depth_range_`.
   void divide_by_albedo(std::size_t first, std::size_t end) {
     for (std::size_t i = first; i < end; ++i) inv_depth_range_[i] = 1 / (kDepthFalloff * depth_[i]);
     for (std::size_t c = 0; c < 3; ++c)
@@ -227,8 +229,8 @@ class Smoother {
     for (std::size_t i = 0; i < size_; ++i)
       to[i] = (light_[0][i] + light_[1][i] + light_[2][i]) * (1 / 3.0f);
   }
-  /// Computes means over the 3 x 3 pixels around each pixel, counting only those with its key.
-  /// `count`: number of pixels that count.
+  /// Computes for each pixel the mean over those of the 3 x 3 pixels around it that have its key.
+  /// `count`: their number. A pixel that is not interior keeps its own value.
   Plane mean_around(const Plane& plane, const Plane& count) const {
     Plane sum = plane;
     for_neighbours([&](std::size_t first, std::ptrdiff_t offset) {
@@ -248,7 +250,7 @@ class Smoother {
     const int step = 1 << pass;
     if (pass > 0) measure_brightness(guide_);
     // Each pass is assumed to halve the standard deviation of the noise.
-    const float noise = kDeviations * kDeviations / static_cast<float>(1 << (2 * pass));
+    const float variance_factor = kDeviations * kDeviations / static_cast<float>(1 << (2 * pass));
     next_ = light_;
     for_rows([&](std::size_t first) {
       std::vector<float> total(static_cast<std::size_t>(width_), 1), weights(total);
@@ -257,7 +259,7 @@ class Smoother {
           if (dx == 0 && dy == 0) continue;
           const float kernel =
               dx == 0 || dy == 0 ? 0.5f : 0.25f;  // relative to the centre's weight
-          add_tap({first, step * (dy * std::ptrdiff_t{stride_} + dx), kernel, noise,
+          add_tap({first, step * (dy * std::ptrdiff_t{stride_} + dx), kernel, variance_factor,
                    1 / static_cast<float>(step)},
                   weights.data());
           for (std::size_t x = 0; x < total.size(); ++x) total[x] += weights[x];
@@ -274,8 +276,8 @@ class Smoother {
   struct Tap {
     std::size_t first;      ///< index of the row's first pixel
     std::ptrdiff_t offset;  ///< index of a pixel's tap, less that of the pixel
-    float kernel;           ///< weight without edges
-    float noise;            ///< (change of brightness)^2 / variance that halves the weight
+    float kernel;           ///< weight relative to the pixel's own, before edges reduce it
+    float variance_factor;  ///< (change of brightness)^2 / variance that halves the weight
     float depth_scale;      ///< 1 / distance of the tap in pixels
   };
   /// Computes the weights of a tap for the pixels of a row, and adds the weighted light to `next_`.
@@ -291,12 +293,12 @@ class Smoother {
     for (int x = 0; x < width_; ++x) {
       const float cosine = positive_part(x0[x] * x1[x] + y0[x] * y1[x] + z0[x] * z1[x]);
       const float c4 = cosine * cosine * cosine * cosine, c16 = c4 * c4 * c4 * c4;
-      const float distance =
+      const float depth_change =
           std::fabs(depth1[x] - depth0[x]) * inv_depth_range[x] * tap.depth_scale;
-      const float depth_weight = positive_part(1 - distance);
+      const float depth_weight = positive_part(1 - depth_change);
       const float change = guide1[x] - guide0[x];
       // The brightness weight is 1 / (1 + change^2 / noise).
-      const float noise = variance[x] * tap.noise + 1e-6f;  // never 0
+      const float noise = variance[x] * tap.variance_factor + 1e-6f;  // never 0
       // The normals' weight is cosine^32.
       weights[x] = tap.kernel * (c16 * c16) * depth_weight * noise / (noise + change * change);
     }
@@ -377,8 +379,10 @@ class Smoother {
     return is_bounded ? std::clamp(value, low_[c][i], high_[c][i]) : value;
   }
 
-  /// Sets `next_` to the filtered colours of the surfaces at the pixels' centres: of interior
-  /// pixels (key_ >= 0) and, on silhouettes, of the own surface nearby; others are clamped.
+  /// Sets `next_` to the filtered colour of the surface at each pixel's centre. Interior pixels
+  /// (key_ >= 0) have their own smoothed light, and pixels on silhouettes the mean light of the
+  /// same surface nearby. All others, and silhouettes without such a mean, have their sampled
+  /// colour, clamped to the bounds.
   void make_colors() {
     for_pixels([&](std::size_t i, int x, int y) {
       std::optional<std::array<float, 3>> own_light;
@@ -390,8 +394,8 @@ class Smoother {
     });
   }
 
-  /// Sets `light_` on silhouettes to the residual: the sampled colour minus tent(next_), which
-  /// blends the filtered colours of both sides.
+  /// Sets `light_` on silhouettes to the residual: the sampled colour, clamped to the bounds, minus
+  /// tent(next_), which blends the filtered colours of both sides.
   void find_residuals() {
     for_pixels([&](std::size_t i, int x, int y) {
       for (std::size_t c = 0; c < 3 && silhouette_[i] != 0; ++c) {
@@ -421,7 +425,8 @@ class Smoother {
     });
   }
 
-  /// Filters a plane with the weights 1 2 1 along both axes; outermost pixels are repeated.
+  /// Returns the mean of a plane's 3 x 3 values around a pixel, with the weights 1 2 1 along both
+  /// axes. Outermost pixels are repeated.
   float tent(const Plane& plane, int x, int y) const {
     float sum = 0;
     for (int dy = -1; dy <= 1; ++dy) {
@@ -437,10 +442,10 @@ class Smoother {
   int width_, height_, stride_;
   std::array<int, 3> channels_;  ///< R, G and B in the film
   std::size_t size_;
-  // inv_depth_range_: 1 / (kDepthFalloff * depth); key_: surface of an interior pixel, or kNoKey;
-  // guide_: mean brightness; variance_: variance of the brightness; next_: result of a step;
-  // light_: colour / albedo, at last the residuals; low_, high_: find_interior_pixels(), then
-  // find_bounds().
+  // inv_depth_range_: 1 / (kDepthFalloff * depth). key_: id of an interior pixel's surface, or
+  // kNoKey. guide_, variance_: mean and variance of the brightness. silhouette_: 1 or 0. light_:
+  // colour / albedo, which find_residuals() replaces. next_: result of the current step. low_,
+  // high_: extremes of the albedo, which find_bounds() turns into bounds of the colour.
   Plane id_, depth_, inv_depth_range_, key_, guide_, variance_;
   std::vector<std::uint8_t> silhouette_;
   Colors light_, next_, normal_, albedo_, low_, high_;

@@ -22,7 +22,7 @@ struct Perez {
   /// Evaluates the function at an angle from the zenith and an angle `gamma` from the sun, in
   /// radians.
   float at(float cos_zenith, float gamma, float cos_gamma) const {
-    return (1 + a * exponential(b / std::max(cos_zenith, 0.01f))) *
+    return (1 + a * exponential(b / std::max(cos_zenith, 0.01f))) *  // finite at the horizon
            (1 + c * exponential(d * gamma) + e * cos_gamma * cos_gamma);
   }
 };
@@ -110,7 +110,7 @@ Sky make_day_sky(const DistantLight& sun, Vec3 floor, float turbidity, float sca
       texel = lerp(texel, above, haze);
     }
   }
-  sky.calm_level = std::numeric_limits<float>::infinity();
+  sky.calm_level = std::numeric_limits<float>::infinity();  // the whole sky is calm
   prepare_sky(sky, domain);
   return sky;
 }

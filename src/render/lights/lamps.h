@@ -41,7 +41,8 @@ PM_HD V cap_height(float radius, V distance2) {
   return sin2 / (1.0f + sqrt(max(1.0f - sin2, 0.0f)));
 }
 
-/// Returns the distance at which a ray hits the emitting side, or infinity. Points are never hit.
+/// Returns the distance at which a ray hits the emitting side, or infinity. Points and panels seen
+/// edge-on are never hit.
 template <class T3>
 PM_HD ComponentOf<T3> intersect_lamp(const Lamp& lamp, const RayOf<T3>& ray) {
   using V = ComponentOf<T3>;
@@ -77,7 +78,7 @@ PM_HD ComponentOf<T3> lamp_pdf(const Lamp& lamp, const RayOf<T3>& ray, Component
   return 1.0f / (2 * kPi * cap_height(lamp.radius, dot(to_lamp, to_lamp)));
 }
 
-/// Samples a direction from a point to a lamp.
+/// Samples a direction from a point to a lamp. No light arrives inside a sphere or behind a panel.
 template <class T3>
 PM_HD LampSampleOf<T3> sample_lamp(const Lamp& lamp, const T3& from, ComponentOf<T3> u,
                                    ComponentOf<T3> v) {
@@ -109,6 +110,7 @@ PM_HD LampSampleOf<T3> sample_lamp(const Lamp& lamp, const T3& from, ComponentOf
   const V height = cap_height(lamp.radius, distance2);
   sample.direction = normalized(to_world(make_frame(axis), cone_direction(height, u, v)));
   const V hit = intersect_lamp(lamp, RayOf<T3>{from, sample.direction});
+  // Rounding may let a ray at the rim of the sphere miss it.
   sample.distance = select(hit < kInfinity, hit, sample.distance);
   sample.pdf = zero_unless(outside, 1.0f / (2 * kPi * height));
   sample.power = zero_unless(outside, lamp.radiance * (1.0f / sample.pdf));

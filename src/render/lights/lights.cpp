@@ -90,6 +90,7 @@ DistantLight make_disc(float azimuth, float elevation, float size, Vec3 irradian
   light.irradiance = irradiance;
   light.sample_power = irradiance;
   if (size > 0) {
+    // The limits are almost a point and a hemisphere.
     const float radius = std::clamp(0.5f * radians(size), 1e-3f, 0.5f * kPi);
     const float sin_radius = sine(radius);
     light.cos_radius = cosine(radius);
@@ -135,7 +136,7 @@ Sky make_studio_sky(const Frame& rig, const DistantLight& key, Vec3 floor, float
   // L = floor (key / pi + gain mean + L sweep_mean). The means are cosine-weighted.
   const Vec3 mean = upper_mean(sky, [&](std::size_t i) { return sky.texels[i]; });
   const float sweep_mean = upper_mean(sky, [&](std::size_t i) { return Vec3{sweep[i], 0, 0}; }).x;
-  const float gain = scale * kStudioIrradiance * kInvPi / mean.y;  // y: green, of grey light
+  const float gain = scale * kStudioIrradiance * kInvPi / mean.y;  // green, as the light is grey
   const Vec3 direct =
       floor * (key.irradiance * (kInvPi * std::max(0.0f, key.frame.z.y)) + mean * gain);
   const Vec3 returned_fraction = floor * sweep_mean;
@@ -144,7 +145,7 @@ Sky make_studio_sky(const Frame& rig, const DistantLight& key, Vec3 floor, float
                             direct.z / (1 - returned_fraction.z)};
   for (std::size_t i = 0; i < count; ++i)
     sky.texels[i] = sky.texels[i] * gain + floor_radiance * sweep[i];
-  sky.calm_level = std::numeric_limits<float>::infinity();
+  sky.calm_level = std::numeric_limits<float>::infinity();  // the whole sky is calm
   prepare_sky(sky, domain);
   return sky;
 }

@@ -45,7 +45,7 @@ PM_HD inline MaskOf<T3> is_light_unoccluded(const DistantLight& light, T3 point,
                                             float radius) {
   // The light's directions form a cone of half angle r around its axis. At distance d from the axis
   // the sphere's centre has the signed distance d cos r - along sin r from the cone; the sphere is
-  // outside where this exceeds its radius.
+  // outside where this exceeds its radius. It is also outside if it is behind the point.
   using V = ComponentOf<T3>;
   const T3 to_center = center - point;
   const V along = dot(to_center, light.frame.z);

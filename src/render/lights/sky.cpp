@@ -13,7 +13,7 @@ namespace polymorph {
 namespace {
 
 constexpr int kCoarseWidth = 128, kCoarseHeight = 64;  // cells of the irradiance integral
-constexpr int kMaxDistributionWidth = 2048;
+constexpr int kMaxDistributionWidth = 2048;  // cells per row of the pdf of the bright part
 // Radiance of an image above this multiple of its mean luminance belongs to the bright part. Clouds
 // and windows are usually below it.
 constexpr float kCalmMultiple = 4;
@@ -192,6 +192,7 @@ Vec3 integrate_upper(const Sky& sky) {
       cosines += weight;
     }
   }
+  // As in make_irradiance(), this makes the irradiance of a constant sky exact.
   return Vec3{static_cast<float>(r), static_cast<float>(g), static_cast<float>(b)} *
          static_cast<float>(static_cast<double>(kPi) / cosines);
 }
@@ -211,7 +212,7 @@ void prepare_sky(Sky& sky, SkyDomain domain) {
 Sky make_image_sky(const Image& image, float scale, SkyDomain domain) {
   PM_CHECK(image.width >= 1 && image.height >= 1 && image.channel_count() >= 1);
   std::array<int, 3> channel = find_rgb(image);
-  for (int& c : channel) c = std::max(c, 0);
+  for (int& c : channel) c = std::max(c, 0);  // a missing channel takes the first one
   const auto scale_or_zero = [&](float value) {
     return std::isfinite(value) && value > 0 ? value * scale : 0.0f;
   };

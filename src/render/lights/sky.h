@@ -182,13 +182,13 @@ struct SkySampleOf {
   ComponentOf<T3> pdf;  ///< per solid angle; 0 = nothing to sample
 };
 using SkySample = SkySampleOf<Vec3>;
-/// Interval [index, index + 1] of a table of count + 1 increasing values that contains a number u,
-/// and the fraction of the interval below u.
+/// The interval [cdf[index], cdf[index + 1]] that contains a number u, and the fraction of the
+/// interval below u.
 struct CdfPick {
   int index;
   float fraction;
 };
-/// Finds this interval for u in [0, 1).
+/// Finds this interval in a table of count + 1 ascending values from 0 to 1, for u in [0, 1).
 PM_HD inline CdfPick pick_from_cdf(const float* cdf, int count, float u) {
   // This binary search replaces std::upper_bound(), which nvcc compiles without a warning but which
   // returns another entry on a GPU.

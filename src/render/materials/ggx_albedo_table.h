@@ -40,6 +40,7 @@ struct AlbedoCellOf {
   decltype(truncate(V{})) index;
   V fraction;
 };
+/// Finds the position of an alpha or cosine in [0, 1]; other values are clamped.
 template <class V>
 PM_HD AlbedoCellOf<V> find_albedo_cell(V value) {
   const V x = sqrt(clamp01(value)) * static_cast<float>(kAlbedoNodes - 1);

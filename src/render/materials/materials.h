@@ -18,7 +18,7 @@ template <class T3>
 struct GlossLobeOf {
   T3 f0;                   ///< reflectance at normal incidence
   ComponentOf<T3> alpha;   ///< roughness squared
-  ComponentOf<T3> weight;  ///< 0 = absent
+  ComponentOf<T3> weight;  ///< weight in the mixture; 0 = absent
   T3 compensation;         ///< factor for the energy of multiple scattering
 };
 
@@ -41,7 +41,8 @@ struct BsdfOf {
   GlossLobeOf<T3> gloss[2];
   int diffuse_count = 0, gloss_count = 0;
   T3 diffuse_albedo{};  ///< sum over all diffuse lobes
-  /// Probabilities of sampling each lobe; their sum is 1, or 0 for black.
+  /// Probabilities of sampling the diffuse lobes together, and each gloss lobe. Their sum is 1, or
+  /// 0 for black.
   ComponentOf<T3> diffuse_probability{};
   ComponentOf<T3> gloss_probability[2] = {};
   MaskOf<T3> has_diffuse{}, has_gloss{};  ///< whether there is such a lobe
@@ -80,9 +81,12 @@ PM_HD inline Shading mix(const Shading& a, const Shading& b, float t) {
 }
 /// Makes the shading parameters of RenderScene::look.
 PM_HD inline Shading look_shading(const LookSettings& look) {
-  if (look.kind == LookKind::kMatte) return {look.color, {}, 1, 0};
-  if (look.kind == LookKind::kGlass) return {look.color, {}, look.roughness, 0, 1, look.ior};
-  return {look.color, look.color, look.roughness, 1};
+  if (look.kind == LookKind::kMatte)
+    return {look.color, /*specular=*/{}, /*roughness=*/1, /*metallic=*/0};
+  if (look.kind == LookKind::kGlass)
+    return {look.color,     /*specular=*/{},    look.roughness,
+            /*metallic=*/0, /*transmission=*/1, look.ior};
+  return {look.color, look.color, look.roughness, /*metallic=*/1};
 }
 /// Makes the material diffuse in the lanes `matte`, with the same colour.
 template <class T3>
@@ -141,7 +145,7 @@ PM_HD void add_material(BsdfOf<T3>& bsdf, const ShadingOf<T3>& material, Compone
   const MaskOf<T3> is_present = weight > 0.0f;
   const MaskOf<T3> glossy = (!is_black(f0)) & is_present;
   const MaskOf<T3> diffuse = (!is_black(base)) & is_present;
-  DiffuseLobeOf<T3> lobe{{}, {}, broadcast<V>(1), white<T3>()};  // without a coat
+  DiffuseLobeOf<T3> lobe{/*albedo=*/{}, /*coat_f0=*/{}, broadcast<V>(1), white<T3>()};
   T3 transmittance = white<T3>();
   if (any(glossy)) {
     const GlossEnergy<T3> energy = compute_gloss_energy(f0, alpha, bsdf.view.z);

@@ -104,6 +104,7 @@ using Sample4 = Sample4Of<float>;
 template <class V>
 class PathSamplerOf {
  public:
+  /// Multiples of the golden ratio, as a 64-bit fraction, give each sequence a key of its own.
   PM_HD PathSamplerOf(const FrameSampler& frame, std::uint32_t sequence, BitsOf<V> reversed_index)
       : key_(frame.key + sequence * 0x9e3779b97f4a7c15ull), reversed_index_(reversed_index) {}
 
@@ -119,7 +120,7 @@ class PathSamplerOf {
 
  private:
   /// Draws two dimensions: shuffles the index by the upper half of the seed, then scrambles both
-  /// Sobol numbers by the lower half.
+  /// Sobol numbers by the lower half, the second one with a seed derived from it.
   PM_HD void draw_pair(std::uint64_t seed, V& a, V& b) const {
     const auto value_seed = static_cast<std::uint32_t>(seed);
     const BitsOf<V> index =

@@ -57,6 +57,7 @@ PM_HD inline T3 broadcast3(Vec3 a) {
 PM_HD inline Vec3 select(bool first, Vec3 a, Vec3 b) { return first ? a : b; }
 PM_HD inline Vec3 zero_unless(bool keep, Vec3 a) { return keep ? a : Vec3{}; }
 PM_HD inline bool any(bool mask) { return mask; }
+/// A mask of all lanes or of none.
 template <class M>
 PM_HD inline M broadcast_mask(bool holds);
 template <>
@@ -68,6 +69,7 @@ template <class V>
 PM_HD inline int count_lanes(MaskOf<V> mask) {
   return popcount(Lanes<V>::bits(mask));
 }
+/// Flips the sign of `a` if `sign_bit` is 2^31; it may also be 0.
 PM_HD inline float xor_sign(std::uint32_t sign_bit, float a) {
   return float_from_bits(float_bits(a) ^ sign_bit);
 }

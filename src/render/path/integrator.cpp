@@ -18,11 +18,12 @@ Shading lane(const ShadingOf<Pack3>& s, int l) {
 }
 Sample4 lane(const Sample4Of<Pack>& s, int l) { return {s.a[l], s.b[l], s.c[l], s.d[l]}; }
 
-/// A list of paths of the wave, by their rows: their indices in Tracer::paths_.
+/// A list of paths of the wave. Each item is the path's row, that is its index in Tracer::paths_.
 struct PathList {
   std::array<std::uint16_t, Wavefront::kMax> items;
   int count = 0;
   void add(std::uint32_t item) { items[count++] = static_cast<std::uint16_t>(item); }
+  /// Adds the rows of the lanes `where`.
   void add(PackBits rows, PackMask where) {
     for (std::uint32_t bits = Lanes<Pack>::bits(where); bits != 0; bits &= bits - 1)
       add(rows[countr_zero(bits)]);
@@ -50,21 +51,21 @@ class Tracer {
     for (depth_ = 1; active_.count > 0; ++depth_) {
       intersect_active_paths();
       active_.count = 0;
-      for_each_packet(meshes_, [&](Paths& path, PackBits rows, PackMask live) {
+      for_each_pack(meshes_, [&](Paths& path, PackBits rows, PackMask live) {
         return shade_mesh_hits(path, rows, live);
       });
-      for_each_packet(floors_, [&](Paths& path, PackBits rows, PackMask live) {
+      for_each_pack(floors_, [&](Paths& path, PackBits rows, PackMask live) {
         return shade_floor_hits(path, rows, live);
       });
-      for_each_packet(escaped_, [&](Paths& path, PackBits, PackMask live) {
+      for_each_pack(escaped_, [&](Paths& path, PackBits, PackMask live) {
         leave_scene(world_, path, live);
         return PackMask{};
       });
-      for_each_packet(inside_glass_, [&](Paths& path, PackBits, PackMask live) {
+      for_each_pack(inside_glass_, [&](Paths& path, PackBits, PackMask live) {
         add_sky(world_, path, broadcast<Pack>(1), live);
         return PackMask{};
       });
-      for_each_packet(depth_limit_, [&](Paths& path, PackBits rows, PackMask live) {
+      for_each_pack(depth_limit_, [&](Paths& path, PackBits rows, PackMask live) {
         trace_final_rays(path, rows, live);
         return PackMask{};
       });
@@ -87,6 +88,7 @@ class Tracer {
     for (int l = 0; l < kLanes; ++l) rows[l] = list.items[std::min(first + l, list.count - 1)];
     return rows;
   }
+  /// Loads eight paths, one per lane.
   Paths load(PackBits rows) const {
     const float* starts[kLanes];
     for (int l = 0; l < kLanes; ++l) starts[l] = &paths_[rows[l]].ray.origin.x;
@@ -96,6 +98,7 @@ class Tracer {
     std::memcpy(&path, columns, sizeof path);  // Paths consists of kPathWidth packs
     return path;
   }
+  /// Stores the paths of the lanes `where`.
   void store(const Paths& path, PackBits rows, PackMask where) {
     Pack columns[kPathWidth];
     std::memcpy(columns, &path, sizeof path);
@@ -109,7 +112,7 @@ class Tracer {
     const float* starts[kLanes];
     for (int l = 0; l < kLanes; ++l)
       starts[l] = reinterpret_cast<const float*>(&intersections_[rows[l]]);
-    Pack columns[8];
+    Pack columns[8];  // the columns of an IntersectionRow
     load_rows<8>(starts, columns);
     IntersectionOf<Pack> intersection;
     std::memcpy(&intersection, columns, sizeof intersection);
@@ -118,9 +121,9 @@ class Tracer {
 
   /// Calls f(paths, rows, live) for eight paths of a list at a time, and stores the paths that f
   /// has not stored (handled_). `live`: lanes that hold a path. f returns the lanes whose paths
-  /// continue.
+  /// continue. It adds the paths that it has stored to a list itself.
   template <class F>
-  void for_each_packet(const PathList& list, const F& f) {
+  void for_each_pack(const PathList& list, const F& f) {
     for (int first = 0; first < list.count; first += kLanes) {
       const PackBits rows = load_row_indices(list, first);
       const PackMask live = first_lanes(list.count - first);
@@ -182,7 +185,7 @@ class Tracer {
   PackMask shade_mesh_hits(Paths& path, PackBits rows, PackMask live) {
     const MeshHitOf<Pack> hit = load_intersection(rows).mesh;
     add_hit_lamps(world_, path, hit.distance, live);
-    add_sky(world_, path, Pack{}, live);
+    add_sky(world_, path, /*fraction=*/Pack{}, live);
     const SurfacePointOf<Pack3> point = world_.geometry->surface_point(path.ray, hit);
     const VertexRandom random = make_vertex_random(path);
     if (world_.has_glass) {
@@ -233,6 +236,7 @@ class Tracer {
       for (int l = 0; l < count; ++l)
         if ((occluded >> l) & 1) set_lane(transmittance, l, {});
     }
+    // With a single bounce, an occluding surface reflects a fraction of the sky (kGuessedBounce).
     const PackMask hidden = live & is_black(transmittance);
     if (any(hidden))
       add_sky(world_, path, broadcast<Pack>(world_.max_depth == 1 ? kGuessedBounce : 0), hidden);
@@ -240,7 +244,7 @@ class Tracer {
     // For unoccluded rays the control variate is exact. For rays through glass it is subtracted,
     // and the attenuated sky is added below.
     const PackMask attenuated = visible & (min_component(transmittance) < 1.0f);
-    if (any(attenuated)) add_sky(world_, path, Pack{}, attenuated);
+    if (any(attenuated)) add_sky(world_, path, /*fraction=*/Pack{}, attenuated);
     path.throughput = path.throughput * transmittance;
     leave_scene(world_, path, visible);
   }
@@ -250,7 +254,9 @@ class Tracer {
   const Wavefront& wave_;
   RayStats& stats_;
   std::uint32_t depth_ = 1;
-  PackMask handled_{};  ///< lanes of the current packet whose rows are already stored
+  PackMask handled_{};  ///< lanes of the current pack whose rows are already stored
+  // active_: paths that continue in the next step. The other lists divide the paths of this step by
+  // what they hit, or by the limit that they have reached: of glass boundaries or of depth.
   PathList active_, escaped_, floors_, meshes_, inside_glass_, depth_limit_;
   std::array<PathRow, Wavefront::kMax> paths_;
   std::array<IntersectionRow, Wavefront::kMax> intersections_;
@@ -258,17 +264,18 @@ class Tracer {
   ShadowRays shadows_{world_, stats_, direct_.data()};
 };
 
-/// Sets the values of the lanes `on_mesh`, whose rays hit meshes.
+/// Computes hits[l] for each lane l of `on_mesh`. `hit`: intersections of the rays; at least one
+/// ray hits a mesh.
 void set_mesh_values(const World& world, const RayOf<Pack3>& rays, MeshHitOf<Pack> hit,
                      CostlyValues values, PackMask on_mesh, FirstHit (&hits)[kLanes]) {
-  // The other lanes repeat a hit.
+  // The other lanes repeat the first hit, because the lookups need eight hits.
   std::uint32_t bits = Lanes<Pack>::bits(on_mesh);
-  const int hit_lane = countr_zero(bits);
-  hit.mesh = on_mesh ? hit.mesh : PackBits{} + hit.mesh[hit_lane];
-  hit.triangle = on_mesh ? hit.triangle : PackBits{} + hit.triangle[hit_lane];
-  hit.u = select(on_mesh, hit.u, broadcast<Pack>(hit.u[hit_lane]));
-  hit.v = select(on_mesh, hit.v, broadcast<Pack>(hit.v[hit_lane]));
-  hit.distance = select(on_mesh, hit.distance, broadcast<Pack>(hit.distance[hit_lane]));
+  const int first_hit_lane = countr_zero(bits);
+  hit.mesh = on_mesh ? hit.mesh : PackBits{} + hit.mesh[first_hit_lane];
+  hit.triangle = on_mesh ? hit.triangle : PackBits{} + hit.triangle[first_hit_lane];
+  hit.u = select(on_mesh, hit.u, broadcast<Pack>(hit.u[first_hit_lane]));
+  hit.v = select(on_mesh, hit.v, broadcast<Pack>(hit.v[first_hit_lane]));
+  hit.distance = select(on_mesh, hit.distance, broadcast<Pack>(hit.distance[first_hit_lane]));
   const SurfacePointOf<Pack3> points = world.geometry->surface_point(rays, hit);
   Pack3 albedos{};
   if (values.albedo) albedos = mixed_shading(world, hit).color;
@@ -304,7 +311,7 @@ void trace(const World& world, const FrameSampler& sampler, Wavefront& wave, Ray
   stats.paths += static_cast<std::uint64_t>(wave.count);
   Tracer tracer(world, sampler, wave, stats);
   tracer.trace();
-  for (int i = 0; i < wave.count; ++i) wave.lights[i] = tracer.result(i);
+  for (int i = 0; i < wave.count; ++i) wave.path_lights[i] = tracer.result(i);
 }
 
 void find_first_hits(const World& world, const RayOf<Pack3>& rays,

@@ -23,11 +23,11 @@ struct PathLight {
 /// Computes the light of a path that has ended. `direct`: the light that its shadow rays brought.
 PM_HD inline PathLight make_result(const PathRow& path, Vec3 direct) {
   const Vec3 radiance = path.radiance + direct;
-  const PathLight light{radiance, std::max(path.alpha, 0.0f), 0, 0, 0};
+  const PathLight light{radiance, std::max(path.alpha, 0.0f), /*floor=*/0, /*lit=*/0, /*unlit=*/0};
   if (!has(path, kOnShadowFloor)) return light;
   // Here alpha is the fraction of the ray that sees the faded floor. write_colors() computes how
   // much of it is shadow.
-  return {{}, 0, light.alpha, luminance(radiance), path.unlit};
+  return {/*radiance=*/{}, /*alpha=*/0, light.alpha, luminance(radiance), path.unlit};
 }
 
 /// Camera rays whose paths are traced together, and their light.
@@ -37,28 +37,30 @@ struct Wavefront {
   std::array<Ray, kMax> rays;               ///< `far` is ignored
   std::array<std::uint32_t, kMax> samples;  ///< SampleIndex::reversed of each ray
   std::uint32_t sequence = 0;               ///< SampleIndex::sequence of all rays
-  std::array<PathLight, kMax> lights;       ///< filled by trace()
+  std::array<PathLight, kMax> path_lights;  ///< filled by trace()
 };
 
 /// Traces the light along the wavefront's rays. Vertex v of a path draws the sampler's set 1 + v.
 /// The light along a ray does not depend on the other rays.
 void trace(const World& world, const FrameSampler& sampler, Wavefront& wave, RayStats& stats);
 
-/// Values of FirstHit that take long, and are needed or not.
+/// Selects the values of FirstHit that need a lookup of materials. At hits on meshes, values that
+/// are not selected stay 0.
 struct CostlyValues {
   bool albedo, uv;
 };
 
 #if defined(PM_PACKS)
-/// Computes the AOVs of eight camera rays with the first intersections `first`. Two of them need
-/// the camera, so the caller finishes them: `depth` is the distance along the ray, and `motion` is
-/// not set.
+/// Computes the AOVs of eight camera rays, whose first intersections are `first`. The caller must
+/// complete FirstHit::depth and FirstHit::motion, which depend on the camera: `depth` is the
+/// distance along the ray here, and `motion` is not set.
 void find_first_hits(const World& world, const RayOf<Pack3>& rays,
                      const IntersectionOf<Pack>& first, CostlyValues values,
                      FirstHit (&hits)[kLanes]);
 #endif
 
-/// Finds the label of the vertex nearest to a hit of a mesh that has labels.
+/// Returns the label of the triangle's corner with the largest barycentric weight at a hit (the
+/// first of equal ones). The mesh must have labels.
 std::uint32_t nearest_label(const RenderMesh& mesh, const MeshHit& hit);
 
 }  // namespace polymorph

@@ -51,7 +51,7 @@ struct PathOf {
   V alpha = broadcast<V>(1);                    ///< PathLight::alpha
   V unlit{};                                    ///< PathLight::unlit
   V depth_left{};                               ///< surfaces at which the path may still scatter
-  V free_mirrors = broadcast<V>(kFreeMirrors);  ///< sharp mirrors that do not count for depth yet
+  V free_mirrors = broadcast<V>(kFreeMirrors);  ///< further mirrors exempt from depth_left
   BitsOf<V> flags = BitsOf<V>{} + (kFromCamera | (kMaxGlassBoundaries << kGlassShift));
   BitsOf<V> sample{};  ///< SampleIndex::reversed
 };
@@ -83,6 +83,7 @@ PM_HD inline V power_heuristic(V own, V other) {
   const V ratio = other / own;
   return zero_unless(own > 0.0f, 1.0f / (1.0f + ratio * ratio));
 }
+/// Returns the weight by the balance heuristic (Veach 1997); `own` and `other` as above.
 template <class V>
 PM_HD inline V balance_heuristic(V own, V other) {
   return own / (own + other);
@@ -95,6 +96,7 @@ PM_HD inline V balance_heuristic(V own, V other) {
 inline constexpr float kIndirectLimit = 2.0f;
 inline constexpr float kDiscLimit = 8.0f;
 
+/// Scales the light so that no component exceeds the limit.
 template <class T3>
 PM_HD T3 clamp_light(T3 light, float limit) {
   const ComponentOf<T3> max_light = max_component(light);

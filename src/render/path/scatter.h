@@ -143,10 +143,10 @@ PM_HD ComponentOf<T3> occluded_by_ball(const World& world, const T3& point) {
   return clamp01(max(to_center.y, 0.0f) * (radius * radius) / (distance2 * sqrt(distance2)));
 }
 
-/// Weight of the control variate on the floor: the fraction of the calm sky's light that the ball
-/// does not occlude. Any weight gives the same mean; where most of the sky is occluded, a weight of
-/// 1 would only add noise. On a knot and a cow this weight gives 25 to 29 % less variance than 1
-/// everywhere (measured).
+/// Weight of the control variate on the floor: 1 - occluded_by_ball(), the fraction of the calm
+/// sky's light that arrives. Any weight gives the same mean; where most of the sky is occluded, a
+/// weight of 1 would only add noise. On a knot and a cow this weight gives 25 to 29 % less variance
+/// than 1 everywhere (measured).
 template <class T3>
 PM_HD ComponentOf<T3> control_variate_weight(const World& world, const T3& point) {
   using V = ComponentOf<T3>;
@@ -180,7 +180,7 @@ PM_HD_CALL void add_mirrored_sky(const World& world, PathOf<T3>& path, const Bsd
   const T3 direction = to_world(bsdf.frame, T3{-bsdf.view.x, -bsdf.view.y, bsdf.view.z});
   const SkySplitOf<T3> sky = split_radiance(world.sky, sky_radiance(world.sky, direction));
   T3 sharp = sky.calm;
-  // This is the light that BSDF sampling would add; add_bright_sky() adds the rest.
+  // This term is the light that BSDF sampling would add; add_bright_sky() adds the rest.
   if (world.sky.has_bright) {
     const V pdf = evaluate_bsdf(bsdf, to_local(bsdf.frame, direction)).pdf;
     sharp = sharp + sky.bright * power_heuristic(pdf, bright_sky_pdf(world.sky, direction));
@@ -240,6 +240,7 @@ PM_HD MaskOf<T3> scatter_on_floor(const World& world, VerticesOf<T3, Shadows>& v
   const T3 sky_light = path.throughput * albedo * kInvPi * world.sky.upper_irradiance;
   path.unlit = path.unlit + zero_unless(records_unlit, luminance(sky_light));
   if (world.direct_only) {
+    // The objects occlude a fraction of the sky, but reflect kGuessedBounce of its light.
     const V occluded = occluded_by_ball(world, vertices.origin);
     path.radiance = path.radiance + sky_light * (1.0f - occluded * (1 - kGuessedBounce));
     return MaskOf<T3>{};
@@ -313,7 +314,7 @@ PM_HD MaskOf<T3> scatter_on_mesh(const World& world, VerticesOf<T3, Shadows>& ve
   // control variate is subtracted again.
   const MaskOf<T3> above = dot(direction, point.normal) > 0.0f;
   const MaskOf<T3> below_triangle = scattered & !above;
-  if (any(below_triangle)) add_sky(world, path, V{}, below_triangle);
+  if (any(below_triangle)) add_sky(world, path, /*fraction=*/V{}, below_triangle);
   return scattered & above;
 }
 
@@ -354,7 +355,8 @@ PM_HD_CALL inline void pass_glass(const World& world, PathRow& path, const Surfa
   if (random.a < probability) {
     path.throughput = path.throughput * (reflected / probability);
     direction = normal * (2 * dot(view, normal)) - view;
-    // If the shading normal reflects the ray below the triangle, the triangle's normal is used.
+    // If the shading normal sends the ray to the wrong side of the triangle, the triangle's normal
+    // is used, for reflection here and for refraction below.
     if (dot(direction, point.normal) <= 0)
       direction = point.normal * (2 * dot(view, point.normal)) - view;
     path.ray.origin = point.position + point.normal * epsilon;

@@ -9,7 +9,7 @@
 
 namespace polymorph {
 
-/// Maximum number of glass boundaries per shadow ray.
+/// Maximum number of glass boundaries per shadow ray. Meshes beyond them do not occlude it.
 inline constexpr int kMaxShadowBoundaries = 32;
 
 /// Computes the fraction of light that passes all meshes along a ray: 0 if any is opaque. Glass
@@ -57,7 +57,7 @@ class ShadowRays {
     Ray ray;
     Vec3 light;          ///< added if the ray is unoccluded
     std::uint32_t path;  ///< index in direct_
-    float padding[4];    ///< load_rows() reads multiples of eight floats
+    float padding[4];    ///< load_rows() and store_rows() need multiples of eight floats
   };
   /// Traces `count` of the collected rays, at most kPacket, from index `first` on.
   void trace(int first, int count);

@@ -48,23 +48,25 @@ struct ShadingRows {
 Pack floor(Pack a) {
   const Pack truncated = to_float(truncate(a));
   const Pack rounded = truncated - zero_unless(truncated > a, broadcast<Pack>(1));
-  return select(abs(a) < 0x1p23f, rounded, a);  // larger numbers are whole, and may not fit
+  return select(abs(a) < 0x1p23f, rounded, a);  // larger numbers are whole; truncate() may overflow
 }
 
-/// texture_taps() of eight coordinates.
+/// Counterpart of texture_taps() (image/texture.h) for eight texture coordinates: along one axis,
+/// the indices of the two texels around each coordinate, and the weight of the second.
 struct PackTaps {
   alignas(32) std::int32_t first[kLanes], second[kLanes];
   alignas(32) float fraction[kLanes];
 
+  /// `t`: the coordinates; `size`: number of texels of the axis.
   PackTaps(Pack t, int size) {
     const Pack n = broadcast<Pack>(static_cast<float>(size));
     const Pack position = zero_unless(abs(t) < kInfinity, (t - floor(t)) * n - 0.5f);
     const Pack lower = floor(position);
-    const PackMask all{}, i = truncate(lower);
-    const PackMask wrapped = i < 0 ? all + (size - 1) : (i < size ? i : all);
+    const PackMask zero{}, i = truncate(lower);
+    const PackMask wrapped = i < 0 ? zero + (size - 1) : (i < size ? i : zero);
     const PackMask next = wrapped + 1;
     store(wrapped, first);
-    store(next < size ? next : all, second);
+    store(next < size ? next : zero, second);
     Lanes<Pack>::store(fraction, position - lower);
   }
 
@@ -72,7 +74,7 @@ struct PackTaps {
   static void store(PackMask from, std::int32_t* to) { std::memcpy(to, &from, sizeof from); }
 };
 
-/// Four floats, of which the first three are a colour.
+/// A colour and an unused fourth float, so that one instruction loads a texel.
 typedef float Quad __attribute__((vector_size(16)));
 
 /// Samples a texture of three channels or more at eight points, as sample_texture() does at one.
@@ -80,14 +82,15 @@ void sample_texture(const Image& image, Pack2 uv, Vec3 (&texels)[kLanes]) {
   const PackTaps x(uv.x, image.width), y(1.0f - uv.y, image.height);
   const std::size_t channels = image.channel_count();
   const auto width = static_cast<std::size_t>(image.width);
-  // A load of four floats at the last texel would reach beyond the pixels.
-  const std::size_t last_load = image.pixels.size() - 4;
+  // Largest index at which four floats can be loaded. The last texel of an image of three channels
+  // is beyond it.
+  const std::size_t max_load_index = image.pixels.size() - 4;
   for (int l = 0; l < kLanes; ++l) {
     const auto load = [&](std::int32_t column, std::int32_t row) {
       const std::size_t i =
           (static_cast<std::size_t>(row) * width + static_cast<std::size_t>(column)) * channels;
       Quad texel;
-      if (i <= last_load)
+      if (i <= max_load_index)
         std::memcpy(&texel, &image.pixels[i], sizeof texel);
       else
         texel = Quad{image.pixels[i], image.pixels[i + 1], image.pixels[i + 2], 0};
@@ -123,6 +126,8 @@ ShadingOf<Pack3> layer_shading(const MaterialLayer& layer, const MeshHitOf<Pack>
     textures[l] = find_texture(layer, *materials[l]);
     is_one_texture = is_one_texture && textures[l] == textures[0];
   }
+  // If possible, one texture is sampled at eight points at once. Without a texture, texels are
+  // white.
   Vec3 texels[kLanes];
   if (is_one_texture && textures[0] && textures[0]->channel_count() >= 3 &&
       textures[0]->pixels.size() >= 4)
@@ -146,7 +151,7 @@ ShadingOf<Pack3> mix(const ShadingOf<Pack3>& a, const ShadingOf<Pack3>& b, float
           lerp(a.ior, b.ior, weight)};
 }
 
-/// mesh_shading() at eight hits of one mesh.
+/// Computes mesh_shading() at eight hits of one mesh.
 ShadingOf<Pack3> mesh_shading(const RenderMesh& mesh, const MeshHitOf<Pack>& hit) {
   if (is_uniform(mesh)) return broadcast_shading(mesh_shading(mesh, lane(hit, 0)));
   ShadingOf<Pack3> shading = layer_shading(mesh, hit);
@@ -172,7 +177,7 @@ const RenderMesh* find_only_mesh(const World& world, const MeshHitOf<Pack>& hit)
   return any(hit.mesh != first_mesh) ? nullptr : &world.geometry->mesh(first_mesh);
 }
 
-/// Calls compute_shading(hit) for each lane.
+/// Calls compute_shading(hit) for each lane, and returns the eight results.
 template <class F>
 ShadingOf<Pack3> gather_shading(const MeshHitOf<Pack>& hit, const F& compute_shading) {
   ShadingRows shadings;

@@ -28,13 +28,13 @@ PM_HD TexturePoint find_texture_point(const Layer& layer, std::uint32_t triangle
   return point;
 }
 
-/// Returns the weight of RenderScene::look.
+/// Returns the weight of RenderScene::look at the mesh's surface: 1 without own materials.
 template <class Mesh>
 PM_HD float look_weight(const Mesh& mesh) {
   return mesh.materials.empty() ? 1.0f : clamp01(mesh.look);
 }
 
-/// Looks up the shading parameters of a layer.
+/// Looks up the shading parameters of a layer at a hit.
 template <class Layer>
 PM_HD_CALL Shading layer_shading(const Layer& layer, const MeshHit& hit) {
   const TexturePoint point = texture_point(layer, hit.triangle, hit.u, hit.v);

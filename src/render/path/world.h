@@ -1,4 +1,5 @@
-// Ray intersection with the whole scene: meshes, floor, sky, suns and lamps.
+// Scene of the path tracer (meshes, floor, sky, suns and lamps), and ray intersection with meshes
+// and floor.
 #pragma once
 
 #include <cstdint>
@@ -31,11 +32,11 @@ struct World {
   float white = 1;
   /// Number of surfaces at which a path may scatter. The first mirrors do not count (kFreeMirrors).
   int max_depth = 4;
-  /// Paths end at the first surface. Lights are sampled at their centres. The sky's occlusion is
-  /// ignored on meshes and only estimated on the floor.
+  /// If true, paths end at the first surface, lights are sampled at their centres, and the sky's
+  /// occlusion is ignored on meshes and only estimated on the floor.
   bool direct_only = false;
   bool has_glass = false;    ///< whether any mesh has glass
-  bool transparent = false;  ///< camera rays see no backdrop
+  bool transparent = false;  ///< camera rays see no backdrop, except through glass
   bool shadow_only = false;  ///< the floor is a shadow catcher (PathLight in integrator.h)
   float time = 0;            ///< time within the sequence, shown by an AOV
 };
@@ -45,11 +46,14 @@ struct RayStats {
   std::uint64_t rays = 0, paths = 0;
 };
 
-/// The closest intersection of a ray: with a mesh, else with the floor, else none.
+/// The closest intersection of a ray: with `mesh` if its index is not kNoMesh, else with the floor
+/// if `floor` is finite, else none.
 template <class V>
 struct IntersectionOf {
   MeshHitOf<V> mesh;
-  V floor = broadcast<V>(std::numeric_limits<float>::infinity());  ///< distance to the floor
+  /// Distance to the floor, or infinity if the ray misses it; finite even if a mesh hides the
+  /// floor.
+  V floor = broadcast<V>(std::numeric_limits<float>::infinity());
 };
 using Intersection = IntersectionOf<float>;
 

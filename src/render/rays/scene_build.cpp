@@ -41,6 +41,7 @@ bool cpu_supports(const std::string&) { return true; }
 std::string device_config(const std::string&) { return ""; }
 #endif
 
+/// Embree's callback for errors; keeps the first one.
 void note_error(void* user, RTCError code, const char* text) {
   auto* report = static_cast<RayDevice::Report*>(user);
   const std::lock_guard lock(report->mutex);
@@ -72,7 +73,7 @@ void check_mesh(const RenderMesh& mesh) {
 
 /// Upper bound of Embree's error relative to a ray's length: about four times 2^-22.
 constexpr float kMaxError = 0x1p-20f;
-/// Margin by which Embree's triangles are widened, relative to a ray's length. Along a ray,
+/// Margin by which Embree's triangles are widened, relative to a ray's length. Seen along a ray,
 /// adjacent triangles then overlap, unless the ray grazes both.
 constexpr float kWidening = 8 * kMaxError;
 
@@ -208,7 +209,8 @@ TracedScene::TracedScene(const std::vector<RenderMesh>& meshes, float shutter,
                          float max_start_distance, const Box& sequence_bounds) {
   for (const RenderMesh& mesh : meshes) {
     check_mesh(mesh);
-    meshes_.push_back({&mesh, shutter, 0, 0, {}, {}});
+    meshes_.push_back(
+        {&mesh, shutter, /*margin2=*/0, /*near_limit=*/0, /*fan_begin=*/{}, /*fans=*/{}});
     collect_fans(meshes_.back());
   }
   bounds_ = compute_bounds(meshes_);
@@ -226,7 +228,7 @@ TracedScene::TracedScene(const std::vector<RenderMesh>& meshes, float shutter,
     // The factor covers rounding of the product.
     mesh.near_limit = 1.000001 * margin * longest_edge(mesh);
   }
-  const Vec3 pad = Vec3{1, 1, 1} * epsilon_;
+  const Vec3 pad = Vec3{1, 1, 1} * epsilon_;  // more than the rounding errors of misses_box()
   bounds_ = {low - pad, high + pad};
 }
 
@@ -241,7 +243,7 @@ Status TracedScene::build_hierarchy(const RayDevice& device) {
     if (!meshes_[i].mesh->triangles.empty() &&
         !attach_mesh(device.device.get(), scene_.get(), meshes_[i], static_cast<unsigned>(i),
                      max_length_ * kWidening))
-      break;
+      break;  // take_device_error() below returns the reason
   rtcCommitScene(scene_.get());
   return take_device_error(device);
 }

@@ -24,11 +24,12 @@ template <class T3>
 PM_HD T3 bend_to_valid_reflection(T3 shading, T3 normal, T3 view) {
   using V = ComponentOf<T3>;
   const T3 mirrored = shading * (2.0f * dot(shading, view)) - view;
-  const V above = dot(mirrored, normal);
-  const V min_above = min(0.9f * dot(view, normal), 0.01f);
-  const MaskOf<T3> too_low = above < min_above;
+  const V cosine = dot(mirrored, normal);
+  // The limit is below the view ray's own cosine, so that even a grazing view can meet it.
+  const V min_cosine = min(0.9f * dot(view, normal), 0.01f);
+  const MaskOf<T3> too_low = cosine < min_cosine;
   if (!any(too_low)) return shading;
-  const T3 bent = normalized(normalized(mirrored + normal * (min_above - above)) + view);
+  const T3 bent = normalized(normalized(mirrored + normal * (min_cosine - cosine)) + view);
   return select(too_low, select(dot(bent, normal) > 0.0f, bent, normal), shading);
 }
 
@@ -58,6 +59,7 @@ PM_HD SurfacePointOf<T3> make_surface_point(const CornersOf<T3>& p, const Corner
   SurfacePointOf<T3> point;
   point.position = interpolate(p, hit.u, hit.v);
   const T3 normal = normalized(cross(p.b - p.a, p.c - p.a));
+  // A triangle without an area has the cross product 0; its normal is the direction to the viewer.
   point.normal = select(dot(normal, normal) > 0.5f, normal, view);
   const V side = copysign(broadcast<V>(1), dot(point.normal, view));
   point.normal = point.normal * side;
@@ -79,6 +81,7 @@ PM_HD SurfacePointOf<T3> make_surface_point(const CornersOf<T3>& p, const Corner
 }
 
 /// Reads the corners and shading normals of a triangle at a time while the shutter is open, [0, 1].
+/// `n` becomes 0 if the mesh has no normals.
 template <class Traced>
 PM_HD void read_triangle(const Traced& traced, std::uint32_t triangle, float time,
                          CornersOf<Vec3>& p, CornersOf<Vec3>& n) {

@@ -100,7 +100,7 @@ void accept_nearest(const RTCFilterFunctionNArguments* args) {
   });
 }
 
-/// Callback for test_occlusion().
+/// Callback for test_occlusion(): accepts every hit of the exact test.
 void accept_any(const RTCFilterFunctionNArguments* args) {
   for_intersected(
       args, [](unsigned, unsigned, std::uint32_t, const TriangleIntersection&) { return true; });

@@ -48,8 +48,8 @@ class EdgeNeighborhood {
   PM_HD EdgeNeighborhood(const Traced& traced, const Ray& ray)
       : traced_(traced), ray_(ray), d_(ray.direction) {}
 
-  /// Calls f(other) for all triangles that share a corner with an edge of `triangle` close to the
-  /// ray.
+  /// Calls f(other) for all triangles, `triangle` included, that share a corner with an edge of
+  /// `triangle` close to the ray; for some of them more than once.
   template <class F>
   PM_HD void for_each_near(std::uint32_t triangle, const EdgeFunctions& edges, const F& f) const {
     const Triangle& t = traced_.mesh->triangles[triangle];
@@ -64,6 +64,7 @@ class EdgeNeighborhood {
   /// `triangle`.
   PM_HD_CALL bool is_covered(std::uint32_t triangle, const EdgeFunctions& edges) const {
     const Triangle& t = traced_.mesh->triangles[triangle];
+    // At corner k, edge k + 1 ends and edge k + 2 begins.
     for (int k = 0; k < 3; ++k) {
       const bool near_incoming = edges.near((k + 1) % 3, traced_.margin2);
       const bool near_outgoing = edges.near((k + 2) % 3, traced_.margin2);
@@ -87,7 +88,7 @@ class EdgeNeighborhood {
       if (b < 0) continue;
       const bool is_same_direction = b == (a + 1) % 3;
       const double sum = compute_edge_functions(traced_, t, ray_, d_).sum;
-      // Along the ray, `t` appears on the other side of the edge.
+      // Seen along the ray, `t` lies on the other side of the edge.
       if (is_same_direction ? (front ? sum < 0 : sum > 0) : (front ? sum > 0 : sum < 0))
         return true;
     }
@@ -115,11 +116,11 @@ class EdgeNeighborhood {
   Vec3d d_;
 };
 
-/// Tests whether the line of a ray hits a triangle of the mesh, and computes the intersection. The
-/// line must pass through the triangle. Where it passes an edge or corner so closely that floats
-/// cannot decide the side, the mesh must also continue beyond it. So a mesh's outline shrinks by
-/// about a millionth of the scene's size, to where Embree finds the mesh with any instruction set,
-/// and there are no gaps between triangles.
+/// Tests whether the line of a ray hits a triangle of the mesh, and computes the intersection if
+/// so. It is a hit if the line passes through the triangle and if, wherever the line passes an edge
+/// or corner so closely that floats cannot decide the side, the mesh continues beyond it. So a
+/// mesh's outline shrinks by about a millionth of the scene's size, to where Embree finds the mesh
+/// with any instruction set, and there are no gaps between triangles.
 template <class Traced>
 PM_HD bool intersects_triangle(const Traced& traced, std::uint32_t triangle, const Ray& ray,
                                TriangleIntersection& intersection) {

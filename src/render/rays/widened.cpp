@@ -113,7 +113,7 @@ std::vector<std::vector<Vec3>> widen_triangles(const RenderMesh& mesh, float mar
                                                                  static_cast<float>(widened[k].z)};
         }
       },
-      1024);
+      /*grain=*/1024);
   return result;
 }
 
