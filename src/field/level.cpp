@@ -15,6 +15,7 @@
 namespace polymorph {
 namespace {
 
+/// Samples the field at the centre of each ball. `name` is that of sample_field().
 Result<std::vector<float>> field_at_centers(Engine& engine, const BallSet& balls,
                                             const ExtractSettings& settings,
                                             const std::string& name) {
@@ -61,7 +62,7 @@ Result<float> iso_for_volume(Engine& engine, const BallSet& balls, const VolumeM
       // False position, but not close to the bracket's ends.
       x = std::clamp(large.x + width * large.excess / (large.excess - small.excess),
                      large.x + 0.02 * width, small.x - 0.02 * width);
-    } else {  // until the volume was too large and too small once, double the step
+    } else {  // no bracket yet: begin with ln of the volume's ratio, then double the step
       step = step == 0 ? std::clamp(std::abs(exact::log1p(std::max(excess, -0.9))), 0.05, 2.0)
                        : 2 * step;
       x = std::clamp(x + new_side * step, kMin, kMax);
@@ -102,7 +103,8 @@ Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface surface, con
       if (i > 0) {
         // Keeps the Newton slope if the secant differs much: where components appear or vanish, the
         // volume is not a smooth function of the level. A level that weighs little at thin limbs
-        // changes the volume by a tenth of area x level between objects of such limbs.
+        // changes the volume by a tenth of area x level between objects of such limbs. Slopes are
+        // below 0.
         const double chord = (excess - last_excess) / (level - last_level);
         if (chord < slope / 50 && chord > 5 * slope) slope = chord;
       }

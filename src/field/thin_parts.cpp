@@ -30,8 +30,9 @@ struct Strides {
   explicit Strides(Int3 n) : row(array3_index(n, 0, 1, 0)), layer(array3_index(n, 0, 0, 1)) {}
 };
 
-/// Tests whether distances increase from both sides towards a point and are below `radius` there,
-/// on either side of the surface: the ridge of a thin part or of a narrow gap.
+/// Tests whether a point lies on the ridge of a thin part or of a narrow gap: the magnitudes of the
+/// distances increase towards it from both sides and are below `radius` there. The point must not
+/// be on the grid's border.
 bool is_on_ridge(const DistanceGrid& distances, int x, int y, int z, float radius) {
   // Along the ridge between two faces distances increase by the sine of half the angle between
   // them. This bound accepts angles up to 97 degrees.
@@ -104,7 +105,7 @@ std::uint64_t half_cell_key(Vec3 at) {
 std::vector<std::vector<Vec3>> find_thin_walls(const Model& original, const DistanceGrid& distances,
                                                float radius) {
   constexpr double kSpacing = 0.7;    // in cells: balls around adjacent midpoints overlap
-  constexpr double kMinCosine = 0.9;  // cos 26 degrees: blunter edges stay sharp
+  constexpr double kMinCosine = 0.9;  // cos 26 degrees: faces at a wider angle form a sharp edge
   constexpr double kMaxSamples = 400'000;
   const Grid& grid = distances.grid;
   const double spacing = std::max(kSpacing * static_cast<double>(grid.cell),
