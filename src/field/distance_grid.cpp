@@ -139,8 +139,8 @@ void set_near(const Solid& solid, Vec3 p, const ClosestPoint& closest, bool poin
     exact = std::max(exact, kThickening * solid.thinnest - closest.distance);
   const float t =
       std::clamp((closest.distance / solid.cell - kExact) / (kFar - kExact), 0.0f, 1.0f);
-  const float smooth = t * t * (3 - 2 * t);
-  value = exact + smooth * (value - exact);
+  const float blend = t * t * (3 - 2 * t);
+  value = exact + blend * (value - exact);
 }
 
 /// Sets the values near the surface in one block of kCoarse^3 points.

@@ -33,11 +33,11 @@ Result<float> iso_for_volume(Engine& engine, const BallSet& balls, const VolumeM
   // The volume decreases with ln iso. Doubling steps find a bracket; then the Illinois variant of
   // false position, which does not stall where the surface vanishes (volume 0 for any larger iso).
   constexpr double kTolerance = 0.002, kMin = -40, kMax = 40;  // kMin, kMax: range of ln iso
-  struct Bracket {
+  struct BracketEnd {
     double x = 0, excess = 0;  // ln iso; relative excess of the volume
     bool is_known = false;
   };
-  Bracket large, small;  // volume too large, too small
+  BracketEnd large, small;  // volume too large, too small
   double x = exact::log(static_cast<double>(start)), step = 0, best = x,
          best_error = std::numeric_limits<double>::infinity();
   int side = 0;  // last iteration: +1 volume too large, -1 too small
@@ -50,8 +50,8 @@ Result<float> iso_for_volume(Engine& engine, const BallSet& balls, const VolumeM
     const double excess = volume_of(mesh) / volume - 1;
     if (std::abs(excess) < best_error) best_error = std::abs(excess), best = x;
     if (best_error <= kTolerance) break;
-    Bracket& current = excess > 0 ? large : small;
-    Bracket& other = excess > 0 ? small : large;
+    BracketEnd& current = excess > 0 ? large : small;
+    BracketEnd& other = excess > 0 ? small : large;
     const int new_side = excess > 0 ? 1 : -1;
     current = {x, excess, true};
     if (new_side == side && other.is_known) other.excess /= 2;  // the Illinois variant

@@ -69,6 +69,7 @@ std::vector<std::uint32_t> NearBalls::within(const Box& box) const {
 }
 
 LogField NearBalls::log_field(Vec3 p, std::span<const std::uint32_t> list) const {
+  // Logarithms of the balls' contributions at first, in the end fractions of the field.
   thread_local std::vector<float> weights;
   weights.resize(list.size());
   float largest = -std::numeric_limits<float>::infinity();

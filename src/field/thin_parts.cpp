@@ -204,14 +204,14 @@ void smooth_thin_parts(const Model& model, float thinnest, DistanceGrid& distanc
     const float t = std::clamp((far - distance) / (far - near), 0.0f, 1.0f);
     return t * t * (3 - 2 * t);
   };
-  std::vector<float> smooth = distances.values;
-  filter_gaussian(distances.grid.points, sigma / cell, smooth);
+  std::vector<float> filtered = distances.values;
+  filter_gaussian(distances.grid.points, sigma / cell, filtered);
   parallel_for(
       static_cast<std::int64_t>(squares.size()),
       [&](std::int64_t index) {
         const auto i = static_cast<std::size_t>(index);
         const float weight = falloff(cell * std::sqrt(static_cast<float>(squares[i])));
-        distances.values[i] += weight * (smooth[i] - distances.values[i]);
+        distances.values[i] += weight * (filtered[i] - distances.values[i]);
       },
       /*grain=*/4096);
 }

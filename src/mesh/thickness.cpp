@@ -32,7 +32,7 @@ double intersect(Vec3d origin, Vec3d direction, const TriangleBvh::Corners& c) {
 
 struct Hit {
   double distance = INFINITY;  ///< infinite: no hit
-  double cosine = -1;          ///< ray and face normal; positive where the ray leaves the solid
+  double cosine = -1;          ///< between ray and face normal; > 0 where the ray leaves the solid
   Vec3d normal;                ///< unit normal of the face
 };
 

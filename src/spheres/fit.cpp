@@ -46,6 +46,7 @@ struct Fit {
 /// depend on points nearby.
 constexpr double kStartW = 4;
 
+/// Makes a round ball whose field alone is 1 on the sphere.
 FitBall make_ball(const Sphere& sphere) {
   FitBall ball;
   ball.center = to_eigen(sphere.center);
@@ -317,6 +318,7 @@ void move_balls(Fit& fit, const std::vector<BoundarySample>& samples, double max
   }
   std::size_t move_count = 0;
   for (std::size_t i = 0; i < by_error.size() && move_count < max_moves; ++i) {
+    // Both lists are sorted: later balls contribute more, and later errors are smaller.
     const std::size_t moved = by_contribution[move_count], crowded = by_error[i];
     if (contributions[moved] * 2 > squared_errors[crowded] || is_used[crowded] || moved == crowded)
       break;
@@ -443,6 +445,7 @@ bool extends_beyond(const std::vector<Ball>& balls, const Box& box) {
   };
   for (const Ball& ball : balls)
     if (ball.w > 0 && is_outside(ball.center)) return true;
+  // Test a lattice of points on each of the six sides; f has coordinates from 0 to 1.
   for (int i = 0; i <= kSteps; ++i)
     for (int k = 0; k <= kSteps; ++k) {
       const float s = static_cast<float>(i) / kSteps, t = static_cast<float>(k) / kSteps;

@@ -295,7 +295,7 @@ GltfFile read_gltf(Assimp::IOSystem& system, const std::string& path, bool is_po
       const JsonValue& target = channel.get("target");
       const std::string& property = target.get("path").string;
       const auto node = read_index(target.get("node"));
-      if (!node || *node >= file.nodes.size()) continue;
+      if (!node || *node >= file.nodes.size()) continue;  // the format says: ignore the channel
       std::optional<GltfKeys> keys;
       if (property == "translation" || property == "rotation" || property == "scale" ||
           property == "weights")
