@@ -44,11 +44,13 @@ struct Merge {
   }
 };
 
+/// The clusters, as a forest of their merges, and a heap of the pairs that may be merged next.
 class Merger {
  public:
   Merger(std::vector<Vec3d> points, double tolerance)
       : points_(std::move(points)), tolerance_(tolerance) {}
 
+  /// Adds a cluster without samples; returns its index.
   std::uint32_t add(Vec3d center, double clearance) {
     clusters_.push_back({center, clearance, clearance, /*points=*/{}, {kNone, kNone}});
     parent_.push_back(static_cast<std::uint32_t>(parent_.size()));
@@ -62,15 +64,17 @@ class Merger {
   }
   /// Adds pairs (a < b) that may be merged.
   void add_pairs(std::vector<std::array<std::uint32_t, 2>> pairs);
-  /// Merges until `count` clusters are left (or one).
+  /// Merges until `count` active clusters are left, but at least one.
   void merge_down_to(std::size_t count);
 
+  /// Tests whether the cluster has not been merged into another one.
   bool is_active(std::uint32_t cluster) const { return parent_[cluster] == cluster; }
   const std::vector<Cluster>& clusters() const { return clusters_; }
   const std::vector<Vec3d>& points() const { return points_; }
 
  private:
   Cluster merge(std::uint32_t a, std::uint32_t b) const;
+  /// Returns the active cluster that contains `cluster`.
   std::uint32_t find_root(std::uint32_t cluster);
   void add_nearest_pairs();
 

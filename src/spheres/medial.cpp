@@ -103,10 +103,12 @@ std::vector<std::size_t> greedy_cover(const Coverage& coverage, std::size_t cand
 
 }  // namespace
 
-std::vector<Sphere> make_medial_cover(const std::vector<BoundarySample>& all, std::size_t count) {
-  if (all.empty() || count == 0) return {};
+std::vector<Sphere> make_medial_cover(const std::vector<BoundarySample>& all_samples,
+                                      std::size_t count) {
+  constexpr int kBisectionSteps = 8;  // of the logarithm of the dilation
+  if (all_samples.empty() || count == 0) return {};
   const std::vector<BoundarySample> samples =
-      select_evenly(all, std::clamp<std::size_t>(12 * count, 3000, 12000));
+      select_evenly(all_samples, std::clamp<std::size_t>(12 * count, 3000, 12000));
   std::vector<Sphere> candidates;  // one per sample
   float largest = 0;
   for (const BoundarySample& s : samples) {
@@ -118,7 +120,7 @@ std::vector<Sphere> make_medial_cover(const std::vector<BoundarySample>& all, st
   float low = 1e-4f * largest, high = largest;
   std::vector<std::size_t> best = greedy_cover(compute_coverage(samples, candidates, low),
                                                candidates.size(), samples.size(), count + 1);
-  for (int step = 0; step < 8 && best.size() > count; ++step) {
+  for (int step = 0; step < kBisectionSteps && best.size() > count; ++step) {
     const float dilation = std::sqrt(low * high);
     auto chosen = greedy_cover(compute_coverage(samples, candidates, dilation), candidates.size(),
                                samples.size(), count + 1);
