@@ -192,7 +192,7 @@ void smooth_thin_parts(const Model& model, float thinnest, DistanceGrid& distanc
   if (steepness > 1)
     raise_around(
         walls, radius, [&](float distance) { return steepness * (radius - distance); }, distances);
-  // Filter fully up to the distance `near` from ridges, and less and less up to `far`.
+  // Filter fully up to the distance `near` from ridges, and with a weight that falls to 0 at `far`.
   const float near = 1.5f * radius, far = 2.5f * radius;
   const std::vector<std::uint16_t> squares =
       squared_ridge_distances(distances, radius, static_cast<int>(std::floor(far / cell)) + 1);

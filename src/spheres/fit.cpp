@@ -104,7 +104,8 @@ FitBall make_ball(const Sphere& sphere, const SecondMoments& moments, double len
   const Vector3d mean = moments.first / moments.weight;
   Eigen::SelfAdjointEigenSolver<Matrix3d> axes(moments.second / moments.weight -
                                                mean * mean.transpose());
-  // The variance of a solid ellipsoid along an axis is a fifth of its squared half axis.
+  // The variance of a solid ellipsoid along an axis is a fifth of its squared half axis. A flat
+  // region has a variance near 0, hence the minimum.
   const double min_half_axis = 0.004 * length;
   const Vector3d half_axes =
       (5 * axes.eigenvalues()).cwiseMax(min_half_axis * min_half_axis).cwiseSqrt();
