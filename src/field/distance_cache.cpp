@@ -78,18 +78,19 @@ void put_counted(std::string& bytes, const std::vector<T>& values) {
   put(bytes, static_cast<std::uint64_t>(values.size()));
   put_array(bytes, values);
 }
+/// Reads what put_counted() has appended; returns false if `bytes` is too short.
 template <class T>
 bool take_counted(std::string_view& bytes, std::vector<T>& values) {
-  if (bytes.size() < 8) return false;
+  if (bytes.size() < sizeof(std::uint64_t)) return false;
   const auto count = take<std::uint64_t>(bytes);
   if (count > bytes.size() / sizeof(T)) return false;
   values = take_array<T>(bytes, static_cast<std::size_t>(count));
   return true;
 }
 
-/// Makes distances from the spline alone.
+/// Makes distances from the spline alone, which hold far from the surface.
 DistanceGrid make_smooth_part(const SmoothDistances& smooth, const Grid& grid) {
-  DistanceGrid distances{grid, evaluate_spline(smooth, grid), 1};
+  DistanceGrid distances{grid, evaluate_spline(smooth, grid), /*lipschitz=*/1};
   close_border(distances);
   return distances;
 }
@@ -154,15 +155,17 @@ std::string encode(const ObjectDistances& object, const Measurement& measurement
 
 /// Tests whether a grid from a file, which may be damaged, has plausible sizes.
 bool is_sound(const Grid& grid) {
-  const auto within = [](int points) { return points >= 2 && points <= 4096; };
-  return within(grid.points.x) && within(grid.points.y) && within(grid.points.z) && grid.cell > 0 &&
-         std::isfinite(grid.cell);
+  constexpr int kMaxPoints = 4096;  // far above kMaxDistanceCells and the margins
+  const auto is_plausible = [](int points) { return points >= 2 && points <= kMaxPoints; };
+  return is_plausible(grid.points.x) && is_plausible(grid.points.y) &&
+         is_plausible(grid.points.z) && grid.cell > 0 && std::isfinite(grid.cell);
 }
 
 std::size_t point_count(const Grid& grid) {
   return static_cast<std::size_t>(std::int64_t{grid.points.x} * grid.points.y * grid.points.z);
 }
 
+/// Reads the thinness that encode() has appended; returns false if the data is damaged.
 bool take_thinness(std::string_view& bytes, DistanceGrid& thinness) {
   if (bytes.size() < kGridSize + sizeof(float)) return false;
   thinness.grid = take_grid(bytes);
@@ -171,6 +174,7 @@ bool take_thinness(std::string_view& bytes, DistanceGrid& thinness) {
          thinness.values.size() == point_count(thinness.grid);
 }
 
+/// Reads what put_distances() has appended; returns false if the data is damaged.
 bool take_distances(std::string_view& bytes, MeasuredGrid& measured) {
   if (bytes.size() < 2 * kGridSize + sizeof(float)) return false;
   const Grid grid = take_grid(bytes);
@@ -219,6 +223,8 @@ void set_grids(Measurement measurement, float size, ObjectDistances& object) {
         hollow_distances(*measurement.walls->distances, solid));
 }
 
+/// Sets all members of `object` but its key; returns false if the content is damaged or does not
+/// belong to the model.
 bool decode(std::string_view bytes, const Model& model, ObjectDistances& object) {
   if (!take_counted(bytes, object.sides) || object.sides.size() != model.triangles.size())
     return false;
@@ -308,7 +314,7 @@ Result<ObjectDistances> load_or_measure_distances(const Model& model,
     if (const auto bytes = load_cached(folder, object.key, kDistanceFiles)) {
       const char* problem = nullptr;
       const auto content = cached_content(*bytes, object.key, kDistanceFiles, problem);
-      ObjectDistances stored = object;
+      ObjectDistances stored = object;  // decode() may fail half way
       if (content && decode(*content, model, stored)) return stored;
       warn_unusable(folder, object.key, kDistanceFiles, "holds no sound distances");
     }

@@ -29,7 +29,7 @@ Grid make_coarse_grid(const Box& box, float cell) {
   const auto points = [&](float extent) {
     return static_cast<int>(std::ceil((extent + 2 * margin) / (kCoarse * fine))) + 1;
   };
-  Grid coarse{{}, kCoarse * fine, {points(size.x), points(size.y), points(size.z)}};
+  Grid coarse{/*origin=*/{}, kCoarse * fine, {points(size.x), points(size.y), points(size.z)}};
   const auto middle = [&](int count) { return 0.5f * static_cast<float>(count - 1) * coarse.cell; };
   coarse.origin = box.center() -
                   Vec3{middle(coarse.points.x), middle(coarse.points.y), middle(coarse.points.z)};
@@ -139,8 +139,8 @@ void set_near(const Solid& solid, Vec3 p, const ClosestPoint& closest, bool poin
     exact = std::max(exact, kThickening * solid.thinnest - closest.distance);
   const float t =
       std::clamp((closest.distance / solid.cell - kExact) / (kFar - kExact), 0.0f, 1.0f);
-  const float smooth = t * t * (3 - 2 * t);
-  value = exact + smooth * (value - exact);
+  const float blend = t * t * (3 - 2 * t);
+  value = exact + blend * (value - exact);
 }
 
 /// Sets the values near the surface in one block of kCoarse^3 points.
@@ -150,8 +150,9 @@ void measure_block(const Solid& solid, Int3 first, float max_distance, DistanceG
     Int3 at;
     Vec3 position;
     ClosestPoint closest;
-    std::size_t neighbour = 0;  ///< index of a point that is on the same side, if `follows`
-    bool follows = false, is_inside = false;
+    std::size_t neighbour = 0;  ///< index of an adjacent point that was measured before
+    bool follows = false;       ///< certainly on the same side as `neighbour`
+    bool is_inside = false;
   };
   Point points[kPoints];
   const Int3 n = result.grid.points;
@@ -170,7 +171,8 @@ void measure_block(const Solid& solid, Int3 first, float max_distance, DistanceG
         Point& point = points[i];
         point.at = {first.x + x, first.y + y, first.z + z};
         point.position = grid_point(result.grid, point.at);
-        // The previous point along x; in the first column along y; in the first row along z.
+        // The previous point along x; in the first column along y; in the first row along z. The
+        // first point has none.
         point.neighbour = x > 0   ? index(x - 1, y, z)
                           : y > 0 ? index(x, y - 1, z)
                                   : index(x, y, std::max(z - 1, 0));
@@ -198,7 +200,8 @@ void measure_block(const Solid& solid, Int3 first, float max_distance, DistanceG
       }
 }
 
-/// Computes exact distances near the surface, in the blocks of kCoarse^3 points that it may touch.
+/// Computes exact distances near the surface, in those of the `blocks` of kCoarse^3 points that may
+/// have a point closer than kFar cells to it.
 void measure_near(const Solid& solid, Int3 blocks, DistanceGrid& result) {
   const float max_distance = kFar * solid.cell;
   const float half_diagonal = 0.5f * std::sqrt(3.0f) * (kCoarse - 1) * solid.cell;
@@ -269,8 +272,8 @@ std::vector<float> evaluate_spline(const SmoothDistances& smooth, const Grid& fi
   };
   // Eight points side by side along x. Their coefficients lie within eight that follow each other.
   struct AxisPack {
-    std::size_t first;
-    PackBits at[3];  ///< less `first`
+    std::size_t first;  ///< lowest index of a coefficient
+    PackBits at[3];     ///< indices relative to `first`
     Pack weight[3];
   };
   constexpr int kCount = Lanes<Pack>::kCount;

@@ -22,9 +22,9 @@ struct SmoothDistances {
 std::vector<float> evaluate_spline(const SmoothDistances& smooth, const Grid& fine);
 /// Lowers the values on the grid's border to at most -grid.cell, so that the border is outside.
 void close_border(DistanceGrid& distances);
-/// Sets DistanceGrid::lipschitz to a bound of the length of the trilinear interpolant's gradient.
-/// Within a cell, the derivative along an axis lies between the differences along the cell's four
-/// edges of that direction.
+/// Sets DistanceGrid::lipschitz to a bound, at least 1, of the length of the trilinear
+/// interpolant's gradient. Within a cell, the derivative along an axis lies between the differences
+/// along the cell's four edges of that direction.
 void set_lipschitz(DistanceGrid& distances);
 
 /// Maximum number of cells along the longest side of a model.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 
 #include "kernels/field_kinds.h"
 #include "kernels/morph_surface.h"
@@ -36,7 +35,7 @@ Box surface_bounds(const std::vector<Ball>& balls, const ExtractSettings& settin
     return balls.empty() ? box : widened(box, static_cast<float>(std::sqrt(sum / settings.iso)));
   }
   for (const Ball& ball : balls) {
-    // q = a d^T shape d at the end of the ball's support.
+    // The coordinate q = a d^T shape d at the end of the ball's support; d: offset from its centre.
     const float max_q = visit(settings.field, [&](auto field) {
       return field.end(ball, settings.cutoff * settings.iso);
     });
@@ -59,8 +58,8 @@ Result<Grid> fit_grid(const Box& box, float cell) {
   const double nx = high(box.high.x) - low(box.low.x) + 1;
   const double ny = high(box.high.y) - low(box.low.y) + 1;
   const double nz = high(box.high.z) - low(box.low.z) + 1;
-  constexpr double kMaxPoints = 0x1p40;
-  if (!(nx * ny * nz <= kMaxPoints) || std::max({nx, ny, nz}) > 65536)
+  constexpr double kMaxPoints = 0x1p40, kMaxAxisPoints = 65536;
+  if (!(nx * ny * nz <= kMaxPoints) || std::max({nx, ny, nz}) > kMaxAxisPoints)
     return make_error(
         ErrorCode::kResource,
         "the surface grid would need {:.3g} x {:.3g} x {:.3g} points - lower surface.resolution",

@@ -35,9 +35,9 @@ void filter_gaussian(Int3 n, float sigma, std::vector<float>& values) {
         for (std::size_t k = 0; k < weights.size(); ++k)
           for (std::size_t x = 0; x < row; ++x) line[x] += weights[k] * copy[x + k];
       },
-      16);
-  // Filters along another axis. A plane consists of `count` rows, which begin `step` values apart
-  // and are filtered as wholes, so that memory is read in order.
+      /*grain=*/16);
+  // Filters along y or z: replaces each row of a plane by a weighted sum of whole rows, so that
+  // memory is read in order. A plane has `count` rows, which begin `step` values apart.
   const auto filter_planes = [&](int planes, std::size_t plane_stride, int count,
                                  std::size_t step) {
     parallel_for(planes, [&](std::int64_t p) {
@@ -58,8 +58,8 @@ void filter_gaussian(Int3 n, float sigma, std::vector<float>& values) {
       }
     });
   };
-  filter_planes(n.z, layer, n.y, row);
-  filter_planes(n.y, row, n.z, layer);
+  filter_planes(n.z, layer, n.y, row);  // along y
+  filter_planes(n.y, row, n.z, layer);  // along z
 }
 
 }  // namespace polymorph

@@ -14,7 +14,8 @@ DistanceGrid hollow_distances(DistanceGrid walls, const DistanceGrid& filled) {
   // At a distance r from the wall, let w be the new value and d = r the other object's distance.
   // The mix (1 - q) w + q d is 0 if w = -r q / (1 - q): the wall has grown by r when the other
   // object's weight is q. With q = kRate (r / depth)^2, walls grow fast at first, before the other
-  // object's distances can tear them. Outside an opening the values continue those inside.
+  // object's distances can tear them. Outside the filled vessel its distance is added, so that the
+  // values are continuous at an opening.
   constexpr float kRate = 0.95f;
   for (std::size_t i = 0; i < walls.values.size(); ++i) {
     float& value = walls.values[i];

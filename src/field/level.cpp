@@ -15,6 +15,7 @@
 namespace polymorph {
 namespace {
 
+/// Samples the field at the centre of each ball. `name` is that of sample_field().
 Result<std::vector<float>> field_at_centers(Engine& engine, const BallSet& balls,
                                             const ExtractSettings& settings,
                                             const std::string& name) {
@@ -32,11 +33,11 @@ Result<float> iso_for_volume(Engine& engine, const BallSet& balls, const VolumeM
   // The volume decreases with ln iso. Doubling steps find a bracket; then the Illinois variant of
   // false position, which does not stall where the surface vanishes (volume 0 for any larger iso).
   constexpr double kTolerance = 0.002, kMin = -40, kMax = 40;  // kMin, kMax: range of ln iso
-  struct Bracket {
+  struct BracketEnd {
     double x = 0, excess = 0;  // ln iso; relative excess of the volume
     bool is_known = false;
   };
-  Bracket large, small;  // volume too large, too small
+  BracketEnd large, small;  // volume too large, too small
   double x = exact::log(static_cast<double>(start)), step = 0, best = x,
          best_error = std::numeric_limits<double>::infinity();
   int side = 0;  // last iteration: +1 volume too large, -1 too small
@@ -49,8 +50,8 @@ Result<float> iso_for_volume(Engine& engine, const BallSet& balls, const VolumeM
     const double excess = volume_of(mesh) / volume - 1;
     if (std::abs(excess) < best_error) best_error = std::abs(excess), best = x;
     if (best_error <= kTolerance) break;
-    Bracket& current = excess > 0 ? large : small;
-    Bracket& other = excess > 0 ? small : large;
+    BracketEnd& current = excess > 0 ? large : small;
+    BracketEnd& other = excess > 0 ? small : large;
     const int new_side = excess > 0 ? 1 : -1;
     current = {x, excess, true};
     if (new_side == side && other.is_known) other.excess /= 2;  // the Illinois variant
@@ -61,7 +62,7 @@ Result<float> iso_for_volume(Engine& engine, const BallSet& balls, const VolumeM
       // False position, but not close to the bracket's ends.
       x = std::clamp(large.x + width * large.excess / (large.excess - small.excess),
                      large.x + 0.02 * width, small.x - 0.02 * width);
-    } else {  // until the volume was too large and too small once, double the step
+    } else {  // no bracket yet: begin with ln of the volume's ratio, then double the step
       step = step == 0 ? std::clamp(std::abs(exact::log1p(std::max(excess, -0.9))), 0.05, 2.0)
                        : 2 * step;
       x = std::clamp(x + new_side * step, kMin, kMax);
@@ -102,7 +103,8 @@ Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface surface, con
       if (i > 0) {
         // Keeps the Newton slope if the secant differs much: where components appear or vanish, the
         // volume is not a smooth function of the level. A level that weighs little at thin limbs
-        // changes the volume by a tenth of area x level between objects of such limbs.
+        // changes the volume by a tenth of area x level between objects of such limbs. Slopes are
+        // below 0.
         const double chord = (excess - last_excess) / (level - last_level);
         if (chord < slope / 50 && chord > 5 * slope) slope = chord;
       }

@@ -47,8 +47,8 @@ Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface surface, con
 std::vector<Ball> rescale_balls(std::vector<Ball> balls, FieldKind kind, float iso);
 
 /// Scales balls for an object that appears: from no surface (growth 0) to the whole one (1).
-/// Gaussian: the level falls from the field's maximum to 1; inverse-square: visible radii grow
-/// linearly. `field_maximum`: result of find_field_maximum().
+/// Gaussian and Wyvill: the level falls from the field's maximum to 1; inverse-square: visible
+/// radii grow linearly. `field_maximum`: result of find_field_maximum().
 std::vector<Ball> grow_balls(std::vector<Ball> balls, FieldKind kind, float growth,
                              float field_maximum);
 

@@ -13,7 +13,7 @@ namespace polymorph {
 namespace {
 
 constexpr float kLog2E = 1.44269504f;  // log2(e), for exp(x) = exp2(x log2(e))
-constexpr float kDepth = 12;  // contributions below e^-12 of the field are lost in a float sum
+constexpr float kNegligibleLog = 12;   // a float sum loses contributions below e^-12 of the field
 
 /// Smallest eigenvalue of a symmetric matrix of determinant 1 (Smith 1961).
 float min_eigenvalue(const Sym3& s) {
@@ -27,10 +27,11 @@ float min_eigenvalue(const Sym3& s) {
                      s.xy * (s.xy * z - static_cast<double>(s.yz) * s.xz) +
                      s.xz * (static_cast<double>(s.xy) * s.yz - y * s.xz);
   const double angle = exact::acos(std::clamp(det / (2 * p * p * p), -1.0, 1.0)) / 3;
-  constexpr double kThird = 2.0943951023931953;  // 2 pi / 3
-  return static_cast<float>(std::max(mean + 2 * p * exact::cos(angle + kThird), 1e-9));
+  constexpr double kThirdTurn = 2.0943951023931953;  // 2 pi / 3
+  return static_cast<float>(std::max(mean + 2 * p * exact::cos(angle + kThirdTurn), 1e-9));
 }
 
+/// Returns the squared distance of a point from a box; 0 inside.
 float distance2(Vec3 p, const Box& box) {
   const Vec3 outside = max(max(box.low - p, p - box.high), Vec3{});
   return dot(outside, outside);
@@ -55,19 +56,20 @@ std::vector<std::uint32_t> NearBalls::within(const Box& box) const {
   std::vector<float> max_log_values(balls_.size());  // upper bounds in the box
   float largest = -std::numeric_limits<float>::infinity();
   for (std::size_t i = 0; i < balls_.size(); ++i) {
-    const float q = min_a_[i] * distance2(balls_[i].center, box);
+    const float q = min_a_[i] * distance2(balls_[i].center, box);  // lower bound in the box
     max_log_values[i] = visit(kind_, [&](auto field) { return field.log_value(balls_[i], q); });
     largest = std::max(largest, max_log_values[i]);
   }
   // The surface is at log field = 0, so much smaller contributions do not matter unless all are
   // small.
-  const float threshold = std::min(largest, 0.0f) - kDepth;
+  const float threshold = std::min(largest, 0.0f) - kNegligibleLog;
   for (std::size_t i = 0; i < balls_.size(); ++i)
     if (max_log_values[i] >= threshold) list.push_back(static_cast<std::uint32_t>(i));
   return list;
 }
 
 LogField NearBalls::log_field(Vec3 p, std::span<const std::uint32_t> list) const {
+  // Logarithms of the balls' contributions at first, in the end fractions of the field.
   thread_local std::vector<float> weights;
   weights.resize(list.size());
   float largest = -std::numeric_limits<float>::infinity();

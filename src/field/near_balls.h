@@ -23,7 +23,7 @@ struct LogField {
 
 /// Evaluates the field of the balls that matter near a position. A ball matters in a box unless its
 /// contribution there is below e^-12 min(1, m), m being the largest contribution of any ball;
-/// inverse-square balls always matter. Borrows the balls.
+/// inverse-square balls always matter. The balls must outlive the object.
 class NearBalls {
  public:
   NearBalls(std::span<const Ball> balls, FieldKind kind);

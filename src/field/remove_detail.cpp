@@ -20,7 +20,7 @@ DistanceGrid remove_detail(const DistanceGrid& distances, SmoothDistances spline
                            const DistanceGrid& thinness, float size) {
   filter_gaussian(spline.grid.points, kDeviation * size / spline.grid.cell, spline.values);
   const Grid& grid = distances.grid;
-  DistanceGrid result{grid, evaluate_spline(spline, grid), 1};
+  DistanceGrid result{grid, evaluate_spline(spline, grid), /*lipschitz=*/1};
   const DistanceField thin(thinness.grid, thinness.values.data());
   parallel_for(grid.points.z, [&](std::int64_t layer) {
     const int z = static_cast<int>(layer);

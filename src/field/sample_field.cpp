@@ -107,7 +107,8 @@ Result<std::vector<float>> sample_field(Engine& engine, const BallSet& balls,
   std::iota(order.begin(), order.end(), 0u);
   if (balls.size() * points.size() > kMinPairs && have_round_support(balls, settings.field)) {
     std::vector<float> no_values;
-    PM_TRY_STATUS(to_status(engine.sample(balls, {}, settings, no_values)));  // checks the balls
+    // Checks all balls, because the runs below may leave out a bad one.
+    PM_TRY_STATUS(to_status(engine.sample(balls, /*points=*/{}, settings, no_values)));
     // In Morton order, consecutive points are close to each other.
     const Box box = bounding_box(points);
     std::vector<std::uint64_t> keys;

@@ -10,9 +10,8 @@
 
 namespace polymorph {
 
-/// Samples the field as Engine::sample() does, but some of the points at a time, which does not
-/// change the values. An activity (base/activity.h) shows `name` and the percentage done. Errors:
-/// kResource.
+/// Samples the field as Engine::sample() does, in runs of points; this does not change the values.
+/// An activity (base/activity.h) shows `name` and the percentage done. Errors: kResource.
 Result<std::vector<float>> sample_field(Engine& engine, const BallSet& balls,
                                         const std::vector<Vec3>& points,
                                         const ExtractSettings& settings, const std::string& name);

@@ -30,8 +30,9 @@ struct Strides {
   explicit Strides(Int3 n) : row(array3_index(n, 0, 1, 0)), layer(array3_index(n, 0, 0, 1)) {}
 };
 
-/// Tests whether distances increase from both sides towards a point and are below `radius` there,
-/// on either side of the surface: the ridge of a thin part or of a narrow gap.
+/// Tests whether a point lies on the ridge of a thin part or of a narrow gap: the magnitudes of the
+/// distances increase towards it from both sides and are below `radius` there. The point must not
+/// be on the grid's border.
 bool is_on_ridge(const DistanceGrid& distances, int x, int y, int z, float radius) {
   // Along the ridge between two faces distances increase by the sine of half the angle between
   // them. This bound accepts angles up to 97 degrees.
@@ -104,7 +105,7 @@ std::uint64_t half_cell_key(Vec3 at) {
 std::vector<std::vector<Vec3>> find_thin_walls(const Model& original, const DistanceGrid& distances,
                                                float radius) {
   constexpr double kSpacing = 0.7;    // in cells: balls around adjacent midpoints overlap
-  constexpr double kMinCosine = 0.9;  // cos 26 degrees: blunter edges stay sharp
+  constexpr double kMinCosine = 0.9;  // cos 26 degrees: faces at a wider angle form a sharp edge
   constexpr double kMaxSamples = 400'000;
   const Grid& grid = distances.grid;
   const double spacing = std::max(kSpacing * static_cast<double>(grid.cell),
@@ -191,7 +192,7 @@ void smooth_thin_parts(const Model& model, float thinnest, DistanceGrid& distanc
   if (steepness > 1)
     raise_around(
         walls, radius, [&](float distance) { return steepness * (radius - distance); }, distances);
-  // Filter fully up to the distance `near` from ridges, and less and less up to `far`.
+  // Filter fully up to the distance `near` from ridges, and with a weight that falls to 0 at `far`.
   const float near = 1.5f * radius, far = 2.5f * radius;
   const std::vector<std::uint16_t> squares =
       squared_ridge_distances(distances, radius, static_cast<int>(std::floor(far / cell)) + 1);
@@ -203,14 +204,14 @@ void smooth_thin_parts(const Model& model, float thinnest, DistanceGrid& distanc
     const float t = std::clamp((far - distance) / (far - near), 0.0f, 1.0f);
     return t * t * (3 - 2 * t);
   };
-  std::vector<float> smooth = distances.values;
-  filter_gaussian(distances.grid.points, sigma / cell, smooth);
+  std::vector<float> filtered = distances.values;
+  filter_gaussian(distances.grid.points, sigma / cell, filtered);
   parallel_for(
       static_cast<std::int64_t>(squares.size()),
       [&](std::int64_t index) {
         const auto i = static_cast<std::size_t>(index);
         const float weight = falloff(cell * std::sqrt(static_cast<float>(squares[i])));
-        distances.values[i] += weight * (smooth[i] - distances.values[i]);
+        distances.values[i] += weight * (filtered[i] - distances.values[i]);
       },
       /*grain=*/4096);
 }

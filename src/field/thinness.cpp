@@ -13,8 +13,8 @@ namespace {
 // over which thinness decreases to 0, and the cell of the coarse grid.
 constexpr float kThick = 0.06f, kFalloffDistance = 0.1f, kCell = 0.02f;
 /// Maximum norm of the gradient on the medial axis. It is 1 next to a face, 0 between parallel
-/// faces and cos(a / 2) where two faces enclose the angle a; above 120 degrees this is an edge, not
-/// a thin part.
+/// faces and sin(a / 2) where two faces enclose the angle a. Above 60 degrees they form an edge,
+/// not a thin part.
 constexpr float kMaxMedialGradient = 0.5f;
 
 /// Makes a grid of every `stride`-th point, with `margin` more coarse cells on each side.
@@ -91,7 +91,7 @@ void dilate(float max_fall, DistanceGrid& result) {
       for (int x = n.x - 1; x >= 0; --x) raise(x, y, z, -1);
 }
 
-/// Returns the mean of 1 - thinness over the coarse points in the object; 1 if there are none.
+/// Returns the mean of 1 - thinness over the coarse points inside the object; 1 if there are none.
 float compute_mean_bulk(const DistanceGrid& distances, const DistanceGrid& thinness) {
   const Grid &fine = distances.grid, &grid = thinness.grid;
   const auto stride = static_cast<int>(std::lround(grid.cell / fine.cell)),

@@ -18,24 +18,25 @@ struct Leaf {
 
   explicit Leaf(const TriangleBvh::Corners* corners) {
     for (int k = 0; k < kWidth; ++k) {
-      const Vec3d p(corners[k].p[0]), e = Vec3d(corners[k].p[1]) - p,
-                                      f = Vec3d(corners[k].p[2]) - p;
-      const Vec3d n = cross(e, f);
+      const Vec3d p(corners[k].p[0]), to_b = Vec3d(corners[k].p[1]) - p,
+                                      to_c = Vec3d(corners[k].p[2]) - p;
+      const Vec3d n = cross(to_b, to_c);
       const double n2 = dot(n, n);
       // The gradients of a triangle without area are 0. All points then count as outside its
       // interior, so only its edges are tested.
-      const Vec3d gradient_b = n2 > 0 ? cross(f, n) * (1 / n2) : Vec3d{},
-                  gradient_c = n2 > 0 ? cross(n, e) * (1 / n2) : Vec3d{};
+      const Vec3d gradient_b = n2 > 0 ? cross(to_c, n) * (1 / n2) : Vec3d{},
+                  gradient_c = n2 > 0 ? cross(n, to_b) * (1 / n2) : Vec3d{};
       set(a, k, p);
-      set(ab, k, e);
-      set(ac, k, f);
+      set(ab, k, to_b);
+      set(ac, k, to_c);
       set(gradients_b, k, gradient_b);
       set(gradients_c, k, gradient_c);
     }
   }
 
   /// Computes a lower bound of each triangle's squared distance from p: the distance in floats,
-  /// less a bound of its rounding.
+  /// less a bound of its rounding. With s and t the weights of b and c, the plane's closest point
+  /// lies in the triangle if s, t and 1 - s - t are above 0; else the closest point is on an edge.
   void bound_distances(Vec3 p, float (&min_distance2)[kWidth]) const {
     for (int k = 0; k < kWidth; ++k) {
       const float x = p.x - a[0][k], y = p.y - a[1][k], z = p.z - a[2][k];

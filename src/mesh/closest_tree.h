@@ -40,7 +40,8 @@ PM_HD inline TriangleWeights weights_on_edges(Vec3d ap, Vec3d ab, Vec3d ac) {
   const double t = edge_parameter(dot(ab, ap), dot(ab, ab)),
                u = edge_parameter(dot(ac, ap), dot(ac, ac)),
                v = edge_parameter(dot(bc, bp), dot(bc, bc));
-  const Vec3d rt = ap - ab * t, ru = ap - ac * u, rv = bp - bc * v;  // edges to p
+  // Vectors from the edges' closest points to p.
+  const Vec3d rt = ap - ab * t, ru = ap - ac * u, rv = bp - bc * v;
   const double dt = dot(rt, rt), du = dot(ru, ru), dv = dot(rv, rv);
   if (dt <= du && dt <= dv) return {1 - t, t, 0};
   if (du <= dv) return {1 - u, 0, u};

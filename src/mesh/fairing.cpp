@@ -37,7 +37,7 @@ void fair(Mesh& mesh, std::span<const std::uint32_t> vertices, int steps) {
   std::vector<Vec3> next(moving.size());
   for (int step = 0; step < steps; ++step) {
     for (std::size_t i = 0; i < moving.size(); ++i) {
-      Vec3 sum;
+      Vec3 sum;  // has each neighbour twice, from the two triangles at the common edge
       float count = 0;
       for (const std::uint32_t t : fans.around(moving[i]))
         for (const std::uint32_t v : mesh.triangles[t].v)
@@ -47,7 +47,7 @@ void fair(Mesh& mesh, std::span<const std::uint32_t> vertices, int steps) {
     for (std::size_t i = 0; i < moving.size(); ++i) mesh.positions[moving[i]] = next[i];
   }
   if (mesh.normals.empty()) return;
-  for (const std::uint32_t v : add_rings(mesh, fans, moving, 1)) {
+  for (const std::uint32_t v : add_rings(mesh, fans, moving, /*rings=*/1)) {
     Vec3 sum;
     for (const std::uint32_t t : fans.around(v))
       sum = sum + area_normal(mesh.positions, mesh.triangles[t]);
@@ -58,7 +58,7 @@ void fair(Mesh& mesh, std::span<const std::uint32_t> vertices, int steps) {
 std::size_t repair_normals(Mesh& mesh) {
   constexpr float kMinCosine = -0.2f;  // between a vertex normal and a triangle's normal
   std::vector<std::uint8_t> is_wrong(mesh.normals.size(), 0);
-  if (mesh.normals.empty()) return 0;
+  if (mesh.normals.empty()) return 0;  // flat shading
   for (const Triangle& t : mesh.triangles) {
     const Vec3 normal = area_normal(mesh.positions, t);
     const float limit = kMinCosine * length(normal);

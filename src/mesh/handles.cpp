@@ -225,7 +225,7 @@ class LoopSearch {
 /// Cuts the surface along the loop and closes both sides by fans. The triangles to the right of the
 /// loop keep its vertices; those to the left get copies of them.
 void cut(Mesh& mesh, const Homology& homology, const Loop& loop) {
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> reassigned;  // corners, their new vertices
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> reassigned;  // a corner, its new vertex
   std::vector<std::uint32_t> right, left;  // vertices of the two boundaries, along the loop
   Vec3 center;
   for (std::size_t i = 0; i < loop.size(); ++i) {

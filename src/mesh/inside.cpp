@@ -42,16 +42,17 @@ struct NodeBox {
 /// Moments of the area vectors of a node's triangles.
 struct Moments {
   Vec3d dipole;  ///< sum of area vectors
-  /// With M the sum of n m^T, n the area vectors and m the triangles' centroids less the centre:
-  /// components xx, yy, zz of M and yz, zx, xy of M + M^T.
+  /// Components xx, yy, zz of M and yz, zx, xy of M + M^T. M is the sum of n m^T over the
+  /// triangles; n is a triangle's area vector, m its centroid relative to the node's centre.
   Vec3d diagonal, off_diagonal;
-  double trace = 0;  ///< trace of the second moment
+  double trace = 0;  ///< trace of M
 };
 
-constexpr int kEyes = 4;  ///< points whose winding numbers are computed at the same time
+constexpr int kMaxQueries = 4;  ///< lanes of QueryPoints
 
-struct Eyes {
-  FourDoubles x = {}, y = {}, z = {};  ///< positions in the frame of the tree
+/// Query points: points whose winding numbers are computed at the same time.
+struct QueryPoints {
+  FourDoubles x = {}, y = {}, z = {};  ///< positions in the frame of the tree, one per lane
   int count = 0;                       ///< number of lanes that are used
 };
 
@@ -59,8 +60,8 @@ FourIntegers broadcast_integer(std::int64_t a) { return FourIntegers{a, a, a, a}
 
 /// Multiplicities of a leaf's triangles.
 struct LeafDigits {
-  std::uint32_t mask = 0;   ///< first index in Tree::masks
-  std::uint32_t count = 0;  ///< binary digits of the multiplicities; one mask per digit
+  std::uint32_t first_mask = 0;  ///< index in Tree::masks of the mask of the lowest digit
+  std::uint32_t count = 0;       ///< binary digits of the multiplicities; one mask per digit
 };
 
 }  // namespace
@@ -83,7 +84,7 @@ struct InsideTest::Tree {
   /// Masks per leaf and binary digit, lowest digit first: the triangles whose multiplicity has that
   /// digit.
   std::vector<std::uint8_t> masks;
-  std::uint32_t digits = 1;  ///< maximum of Node::digits
+  std::uint32_t digits = 1;  ///< maximum of LeafDigits::count
 
   Vec3d to_frame(Vec3 p) const {
     const Vec3d q = (Vec3d(p) - origin) * scale;
@@ -97,19 +98,22 @@ struct InsideTest::Tree {
   /// `centers`: centroids of all triangles.
   void build_node(std::span<std::uint32_t> order, std::uint32_t first,
                   const std::vector<Vec3d>& centers, MeshView mesh);
-  /// Computes the box, centre, radius and moments of node `self`.
-  void compute_moments(std::size_t self, std::span<const std::uint32_t> order, MeshView mesh);
+  /// Computes the box, centre, radius and moments of node `index`.
+  void compute_moments(std::size_t index, std::span<const std::uint32_t> order, MeshView mesh);
   /// Adds a leaf of these triangles to `leaves` and, if they have multiplicities, to `leaf_digits`
   /// and `masks`.
   void add_leaf(std::span<const std::uint32_t> order, MeshView mesh);
-  /// Computes the winding numbers of at most kEyes points. Each is the same alone and beside
+  /// Computes the winding numbers of at most kMaxQueries points. Each is the same alone and beside
   /// others, but points near to each other visit the same nodes.
-  void winding(std::span<const Vec3> from, double* numbers) const;
-  /// Calls add_leaf(mask, index) for the leaves that are near to eyes, in the order of the nodes;
-  /// bit k of the mask stands for eye k. Returns the winding numbers of the other nodes.
+  void winding(std::span<const Vec3> queries, double* numbers) const;
+  /// Calls add_leaf(mask, index) for the leaves that are near a query point, in the order of the
+  /// nodes. Bit k of the mask is set if the leaf is near query point k. Returns the sums, per lane,
+  /// of the winding numbers of the other nodes.
   template <class AddLeaf>
-  FourDoubles visit(const Eyes& eyes, const AddLeaf& add_leaf) const;
+  FourDoubles visit(const QueryPoints& queries, const AddLeaf& add_leaf) const;
+  /// Tests whether the ray from q, in the frame's direction +z, crosses an odd number of triangles.
   bool parity(Vec3d q) const;
+  /// Tests whether this ray crosses the triangle.
   bool ray_crosses(const Triangle& t, Vec3d q) const;
 };
 
@@ -125,12 +129,12 @@ void InsideTest::Tree::build(MeshView mesh) {
   if (!order.empty()) build_node(order, 0, centers, mesh);
 }
 
-void InsideTest::Tree::compute_moments(std::size_t self, std::span<const std::uint32_t> order,
+void InsideTest::Tree::compute_moments(std::size_t index, std::span<const std::uint32_t> order,
                                        MeshView mesh) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  Node& node = nodes[self];
-  Moments& sums = moments[self];
-  NodeBox& box = boxes[self];
+  Node& node = nodes[index];
+  Moments& sums = moments[index];
+  NodeBox& box = boxes[index];
   box.low = {kInfinity, kInfinity, kInfinity};
   box.high = box.low * -1;
   double area = 0;
@@ -168,19 +172,19 @@ void InsideTest::Tree::compute_moments(std::size_t self, std::span<const std::ui
 
 void InsideTest::Tree::build_node(std::span<std::uint32_t> order, std::uint32_t first,
                                   const std::vector<Vec3d>& centers, MeshView mesh) {
-  const std::size_t self = nodes.size();
+  const std::size_t index = nodes.size();
   nodes.emplace_back();
   moments.emplace_back();
   boxes.emplace_back();
-  compute_moments(self, order, mesh);
-  nodes[self].first = first;
+  compute_moments(index, order, mesh);
+  nodes[index].first = first;
   if (order.size() <= kLeafTriangles) {
-    nodes[self].count = static_cast<std::uint32_t>(order.size());
-    nodes[self].leaf = static_cast<std::uint32_t>(leaves.size());
+    nodes[index].count = static_cast<std::uint32_t>(order.size());
+    nodes[index].leaf = static_cast<std::uint32_t>(leaves.size());
     for (const std::uint32_t t : order) triangles.push_back(mesh.triangles[t]);
     add_leaf(order, mesh);
   } else {
-    const Vec3d size = boxes[self].high - boxes[self].low;
+    const Vec3d size = boxes[index].high - boxes[index].low;
     const auto along = [&](std::uint32_t t) {
       const Vec3d& c = centers[t];
       return size.x >= size.y && size.x >= size.z ? c.x : size.y >= size.z ? c.y : c.z;
@@ -194,7 +198,7 @@ void InsideTest::Tree::build_node(std::span<std::uint32_t> order, std::uint32_t 
     build_node(order.first(half), first, centers, mesh);
     build_node(order.subspan(half), first + static_cast<std::uint32_t>(half), centers, mesh);
   }
-  nodes[self].skip = static_cast<std::uint32_t>(nodes.size());
+  nodes[index].skip = static_cast<std::uint32_t>(nodes.size());
 }
 
 void InsideTest::Tree::add_leaf(std::span<const std::uint32_t> order, MeshView mesh) {
@@ -211,11 +215,11 @@ void InsideTest::Tree::add_leaf(std::span<const std::uint32_t> order, MeshView m
   if (multiplicities.empty()) return;
   std::uint32_t used_digits = 0;
   for (const std::uint32_t t : order) used_digits |= multiplicity(t);
-  const LeafDigits own{static_cast<std::uint32_t>(masks.size()),
-                       static_cast<std::uint32_t>(std::bit_width(used_digits))};
-  leaf_digits.push_back(own);
-  digits = std::max(digits, own.count);
-  for (std::uint32_t digit = 0; digit < own.count; ++digit) {
+  const LeafDigits leaf_range{static_cast<std::uint32_t>(masks.size()),
+                              static_cast<std::uint32_t>(std::bit_width(used_digits))};
+  leaf_digits.push_back(leaf_range);
+  digits = std::max(digits, leaf_range.count);
+  for (std::uint32_t digit = 0; digit < leaf_range.count; ++digit) {
     unsigned mask = 0;
     for (std::size_t k = 0; k < order.size(); ++k)
       mask |= (multiplicity(order[k]) >> digit & 1u) << k;
@@ -224,18 +228,19 @@ void InsideTest::Tree::add_leaf(std::span<const std::uint32_t> order, MeshView m
 }
 
 template <class AddLeaf>
-FourDoubles InsideTest::Tree::visit(const Eyes& eyes, const AddLeaf& add_leaf) const {
+FourDoubles InsideTest::Tree::visit(const QueryPoints& queries, const AddLeaf& add_leaf) const {
   FourDoubles sum = {};
-  FourIntegers resume = {};  // per eye: the first node that it has not passed yet
-  for (int k = eyes.count; k < kEyes; ++k) resume[k] = std::numeric_limits<std::int64_t>::max();
+  FourIntegers resume = {};  // per query point: the first node that it has not passed yet
+  for (int k = queries.count; k < kMaxQueries; ++k)
+    resume[k] = std::numeric_limits<std::int64_t>::max();
   for (std::uint32_t i = 0; i < nodes.size();) {
     const Node& node = nodes[i];
-    const FourDoubles x = node.center.x - eyes.x, y = node.center.y - eyes.y,
-                      z = node.center.z - eyes.z;
+    const FourDoubles x = node.center.x - queries.x, y = node.center.y - queries.y,
+                      z = node.center.z - queries.z;
     const FourDoubles r2 = x * x + y * y + z * z;
-    const FourIntegers is_here = resume <= std::int64_t{i},
-                       is_far = is_here & (r2 > node.far_distance2);
-    const unsigned here_mask = mask_of(is_here), far_mask = mask_of(is_far);
+    const FourIntegers is_visiting = resume <= std::int64_t{i},
+                       is_far = is_visiting & (r2 > node.far_distance2);
+    const unsigned visiting_mask = mask_of(is_visiting), far_mask = mask_of(is_far);
     if (far_mask != 0) {
       // The first two terms of the Taylor series of n . r / |r|^3 around the node's centre (Barill
       // et al. 2018, equation 9). Without the second term the sum is off by up to 0.14 on flat
@@ -249,48 +254,49 @@ FourDoubles InsideTest::Tree::visit(const Eyes& eyes, const AddLeaf& add_leaf) c
       sum = is_far ? next : sum;
       resume = is_far ? broadcast_integer(node.skip) : resume;
     }
-    if (here_mask == far_mask) {  // no eye enters the node, and none resumes within its subtree
+    if (visiting_mask == far_mask) {
+      // No query point enters the node, and none resumes within its subtree.
       i = node.skip;
       continue;
     }
-    if (node.count > 0) add_leaf(here_mask & ~far_mask, node.leaf);
+    if (node.count > 0) add_leaf(visiting_mask & ~far_mask, node.leaf);
     ++i;
   }
   return sum / (4 * std::numbers::pi);
 }
 
-void InsideTest::Tree::winding(std::span<const Vec3> from, double* numbers) const {
-  Eyes eyes;
-  eyes.count = static_cast<int>(from.size());
-  Vec3d eye[kEyes];
-  for (int k = 0; k < eyes.count; ++k) {
-    eye[k] = Vec3d(from[k]);
-    const Vec3d q = to_frame(from[k]);
-    eyes.x[k] = q.x, eyes.y[k] = q.y, eyes.z[k] = q.z;
+void InsideTest::Tree::winding(std::span<const Vec3> queries, double* numbers) const {
+  QueryPoints in_frame;
+  in_frame.count = static_cast<int>(queries.size());
+  Vec3d apex[kMaxQueries];  // the query points in model coordinates
+  for (int k = 0; k < in_frame.count; ++k) {
+    apex[k] = Vec3d(queries[k]);
+    const Vec3d q = to_frame(queries[k]);
+    in_frame.x[k] = q.x, in_frame.y[k] = q.y, in_frame.z[k] = q.z;
   }
-  const auto each = [](unsigned mask, const auto& f) {
+  const auto for_each_bit = [](unsigned mask, const auto& f) {
     for (; mask != 0; mask &= mask - 1) f(std::countr_zero(mask));
   };
   if (multiplicities.empty()) {
-    AngleSums near[kEyes];
-    const FourDoubles far = visit(eyes, [&](unsigned mask, std::uint32_t leaf) {
-      each(mask, [&](int k) { near[k].add(leaves[leaf], eye[k]); });
+    AngleSums near[kMaxQueries];
+    const FourDoubles far = visit(in_frame, [&](unsigned mask, std::uint32_t leaf) {
+      for_each_bit(mask, [&](int k) { near[k].add(leaves[leaf], apex[k]); });
     });
-    for (int k = 0; k < eyes.count; ++k)
+    for (int k = 0; k < in_frame.count; ++k)
       numbers[k] = near[k].sum() / (2 * std::numbers::pi) + far[k];
     return;
   }
-  // Sums of the triangles whose multiplicity has a binary digit.
-  std::array<AngleSums, kMaxDigits> near[kEyes];
-  const FourDoubles far = visit(eyes, [&](unsigned mask, std::uint32_t leaf) {
-    each(mask, [&](int k) {
-      const AngleSums::Angles angles = AngleSums::angles(leaves[leaf], eye[k]);
+  // One sum per query point and binary digit: of the triangles whose multiplicity has the digit.
+  std::array<AngleSums, kMaxDigits> near[kMaxQueries];
+  const FourDoubles far = visit(in_frame, [&](unsigned mask, std::uint32_t leaf) {
+    for_each_bit(mask, [&](int k) {
+      const AngleSums::Angles angles = AngleSums::angles(leaves[leaf], apex[k]);
       for (std::uint32_t digit = 0; digit < leaf_digits[leaf].count; ++digit)
-        if (const unsigned taken = masks[leaf_digits[leaf].mask + digit])
+        if (const unsigned taken = masks[leaf_digits[leaf].first_mask + digit])
           near[k][digit].add(angles, taken);
     });
   });
-  for (int k = 0; k < eyes.count; ++k) {
+  for (int k = 0; k < in_frame.count; ++k) {
     double sum = near[k][0].sum();
     for (std::uint32_t digit = 1; digit < digits; ++digit)
       sum += std::ldexp(near[k][digit].sum(), static_cast<int>(digit));
@@ -375,10 +381,10 @@ double InsideTest::winding_number(Vec3 point) const {
 }
 
 void InsideTest::winding_numbers(std::span<const Vec3> points, std::span<double> numbers) const {
-  // Points further from each other visit few nodes together.
-  constexpr double kNear = 0.1;  // of the model's diagonal
+  // Points that are further from each other than kNear share too few nodes on their traversals.
+  constexpr double kNear = 0.1;  // fraction of the model's diagonal
   for (std::size_t i = 0; i < points.size();) {
-    const std::size_t limit = std::min<std::size_t>(kEyes, points.size() - i);
+    const std::size_t limit = std::min<std::size_t>(kMaxQueries, points.size() - i);
     std::size_t count = 1;
     while (count < limit &&
            static_cast<double>(length(points[i + count] - points[i])) * tree_->scale < kNear)
@@ -390,7 +396,7 @@ void InsideTest::winding_numbers(std::span<const Vec3> points, std::span<double>
 
 std::vector<std::uint8_t> InsideTest::inside(std::span<const Vec3> points) const {
   std::vector<std::uint8_t> are_inside(points.size());
-  parallel_ranges(static_cast<std::int64_t>(points.size()), 256,
+  parallel_ranges(static_cast<std::int64_t>(points.size()), /*grain=*/256,
                   [&](std::int64_t begin, std::int64_t end) {
                     const auto first = static_cast<std::size_t>(begin),
                                count = static_cast<std::size_t>(end - begin);
@@ -404,7 +410,7 @@ void InsideTest::inside(std::span<const Vec3> points, std::span<std::uint8_t> ar
     for (std::size_t i = 0; i < points.size(); ++i) are_inside[i] = inside(points[i]) ? 1 : 0;
     return;
   }
-  constexpr std::size_t kBlock = 64;
+  constexpr std::size_t kBlock = 64;  // points whose numbers are on the stack
   double numbers[kBlock];
   for (std::size_t first = 0; first < points.size(); first += kBlock) {
     const auto block = points.subspan(first, std::min(kBlock, points.size() - first));

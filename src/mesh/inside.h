@@ -33,11 +33,12 @@ class InsideTest {
   /// than twice its radius is approximated by the first two terms of a Taylor series (Barill et al.
   /// 2018). The result is within 0.08 of the exact sum on all models measured.
   double winding_number(Vec3 point) const;
-  /// Sets a number per point: the same as one by one, but faster for points near to each other.
+  /// Sets numbers[i] to winding_number(points[i]); faster than single calls if consecutive points
+  /// are near each other.
   void winding_numbers(std::span<const Vec3> points, std::span<double> numbers) const;
-  /// One byte per point (1 = inside), in parallel.
+  /// Tests many points in parallel; one byte per point (1 = inside).
   std::vector<std::uint8_t> inside(std::span<const Vec3> points) const;
-  /// Sets the same, by the calling thread.
+  /// Tests many points in the calling thread; sets one byte per point (1 = inside).
   void inside(std::span<const Vec3> points, std::span<std::uint8_t> are_inside) const;
 
  private:

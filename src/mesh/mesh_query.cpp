@@ -1,7 +1,5 @@
 #include "mesh/mesh_query.h"
 
-#include <cmath>
-
 #include "base/parallel.h"
 
 namespace polymorph {

@@ -1,8 +1,5 @@
 #include "mesh/normals.h"
 
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <numbers>
 
 #include "base/disjoint_sets.h"

@@ -1,7 +1,6 @@
 #include "mesh/sample_surface.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 
 #include "base/morton.h"
@@ -32,30 +31,30 @@ std::vector<std::uint32_t> morton_order(MeshView mesh) {
 std::vector<SurfaceSample> sample_surface(MeshView mesh, std::size_t count, std::uint64_t seed) {
   const std::vector<std::uint32_t> order = morton_order(mesh);
   std::vector<Vec3d> area_vectors(order.size());
-  double area = 0;  // doubled, like all areas below
+  double total_area = 0;  // doubled, like all areas below
   for (std::size_t i = 0; i < order.size(); ++i) {
     const auto& v = mesh.triangles[order[i]].v;
     const Vec3d a(mesh.points[v[0]]), b(mesh.points[v[1]]), c(mesh.points[v[2]]);
     area_vectors[i] = cross(b - a, c - a);
-    area += length(area_vectors[i]);
+    total_area += length(area_vectors[i]);
   }
   std::vector<SurfaceSample> samples;
-  if (!(area > 0)) return samples;
+  if (!(total_area > 0)) return samples;
   samples.reserve(count);
   double cumulative_area = 0;
   std::size_t next = 0;  // index of the next sample
   for (std::size_t i = 0; i < order.size() && next < count; ++i) {
-    const double weight = length(area_vectors[i]);
-    if (!(weight > 0)) continue;
-    cumulative_area += weight;
+    const double doubled_area = length(area_vectors[i]);
+    if (!(doubled_area > 0)) continue;
+    cumulative_area += doubled_area;
     const auto& v = mesh.triangles[order[i]].v;
     const Vec3 a = mesh.points[v[0]], b = mesh.points[v[1]], c = mesh.points[v[2]];
-    const Vec3d n = area_vectors[i] * (1 / weight);
+    const Vec3d n = area_vectors[i] * (1 / doubled_area);
     const Vec3 normal{static_cast<float>(n.x), static_cast<float>(n.y), static_cast<float>(n.z)};
     for (; next < count; ++next) {
-      // The sample stands at a random place of its stratum of the cumulative area.
+      // The sample has a random position in its stratum of the cumulative area.
       const double jitter = static_cast<double>(random_float(seed, /*stream=*/0, next));
-      if ((static_cast<double>(next) + jitter) / static_cast<double>(count) * area >
+      if ((static_cast<double>(next) + jitter) / static_cast<double>(count) * total_area >
           cumulative_area)
         break;
       // Reflect points of the unit square into the triangle s + t <= 1.

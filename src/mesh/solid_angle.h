@@ -33,15 +33,15 @@ class AngleSums {
     float corner[9][kLanes];
   };
 
-  /// Half solid angles of eight triangles. They can be added to several sums, each with its own
-  /// mask.
+  /// Half solid angles of eight triangles, seen from a point `apex`. They can be added to several
+  /// sums, each with its own mask.
   struct Angles {
     double num[kLanes], den[kLanes];
   };
-  static Angles angles(const Triangles& triangles, Vec3d eye) {
+  static Angles angles(const Triangles& triangles, Vec3d apex) {
     Angles angles;
     for (int first = 0; first < kLanes; first += kWidth) {
-      const FourAngles four = four_angles(triangles, first, eye);
+      const FourAngles four = four_angles(triangles, first, apex);
       store_four(angles.num + first, four.num);
       store_four(angles.den + first, four.den);
     }
@@ -59,11 +59,11 @@ class AngleSums {
     }
     if (out_of_range != 0) rescale();
   }
-  void add(const Triangles& triangles, Vec3d eye) {
+  void add(const Triangles& triangles, Vec3d apex) {
     unsigned out_of_range = 0;
     for (int first = 0; first < kLanes; first += kWidth)
       out_of_range |=
-          add_four(first, four_angles(triangles, first, eye), FourIntegers{-1, -1, -1, -1});
+          add_four(first, four_angles(triangles, first, apex), FourIntegers{-1, -1, -1, -1});
     if (out_of_range != 0) rescale();
   }
 
@@ -94,12 +94,12 @@ class AngleSums {
     return a.x * b.x + a.y * b.y + a.z * b.z;
   }
   /// Computes half_solid_angle() of the triangles `first` to `first` + 3.
-  static FourAngles four_angles(const Triangles& triangles, int first, Vec3d eye) {
+  static FourAngles four_angles(const Triangles& triangles, int first, Vec3d apex) {
     const auto corner = [&](int i) {
       const auto& p = triangles.corner;
-      return FourVectors{load_four(p[3 * i] + first) - eye.x,
-                         load_four(p[3 * i + 1] + first) - eye.y,
-                         load_four(p[3 * i + 2] + first) - eye.z};
+      return FourVectors{load_four(p[3 * i] + first) - apex.x,
+                         load_four(p[3 * i + 1] + first) - apex.y,
+                         load_four(p[3 * i + 2] + first) - apex.z};
     };
     const FourVectors a = corner(0), b = corner(1), c = corner(2);
     const FourDoubles la = square_roots(dot_four(a, a)), lb = square_roots(dot_four(b, b)),
@@ -115,7 +115,7 @@ class AngleSums {
     const auto& [num, den] = angles;
     const FourDoubles re = load_four(re_ + first), im = load_four(im_ + first);
     FourDoubles turns = load_four(turns_ + first);
-    // A triangle with a corner at the eye adds nothing.
+    // A triangle with a corner at the apex adds nothing.
     const FourIntegers is_added = is_taken & ((num != 0.0) | (den != 0.0));
     const FourDoubles factor_re = is_added ? den : ones(), factor_im = is_added ? num : zero();
     const FourDoubles new_re = re * factor_re - im * factor_im,
@@ -150,6 +150,8 @@ class AngleSums {
     }
   }
 
+  /// Per lane: the product of the angles' complex numbers, and the full turns by which the sum of
+  /// the angles differs from the product's angle.
   double re_[kLanes] = {1, 1, 1, 1, 1, 1, 1, 1}, im_[kLanes] = {};
   double turns_[kLanes] = {};
 };

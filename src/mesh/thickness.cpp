@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <vector>
 
@@ -33,18 +32,18 @@ double intersect(Vec3d origin, Vec3d direction, const TriangleBvh::Corners& c) {
 
 struct Hit {
   double distance = INFINITY;  ///< infinite: no hit
-  double cosine = -1;          ///< ray and face normal; positive where the ray leaves the solid
+  double cosine = -1;          ///< between ray and face normal; > 0 where the ray leaves the solid
   Vec3d normal;                ///< unit normal of the face
 };
 
-/// Finds the nearest hit beyond `min_distance` that is not on triangle `self`. Returns no hit if
-/// that takes more than kMaxTests tests.
+/// Finds the nearest hit beyond `min_distance` that is not on triangle `excluded`. Returns no hit
+/// if that takes more than kMaxTests tests.
 Hit first_hit(const TriangleBvh& bvh, Vec3d origin, Vec3d direction, double min_distance,
-              std::uint32_t self) {
+              std::uint32_t excluded) {
   Hit hit;
   std::size_t tested = 0;
   struct Entry {
-    double enter = 0;
+    double enter = 0;  // distance at which the ray enters the node's box
     std::uint32_t node = 0;
   };
   Entry stack[TriangleBvh::kStackSize];
@@ -82,7 +81,7 @@ Hit first_hit(const TriangleBvh& bvh, Vec3d origin, Vec3d direction, double min_
       }
       tested += node.count[k];
       for (std::uint32_t slot = node.child[k]; slot < node.child[k] + node.count[k]; ++slot) {
-        if (bvh.triangles[slot] == self) continue;
+        if (bvh.triangles[slot] == excluded) continue;
         const TriangleBvh::Corners& c = bvh.corners[slot];
         const double t = intersect(origin, direction, c);
         if (!(t > min_distance) || !(t < hit.distance)) continue;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <numeric>
 #include <vector>
 
@@ -75,7 +74,7 @@ struct Builder {
 
   /// Adds a node and its subtree; returns the node's index.
   std::uint32_t add_node(std::span<std::uint32_t> range) {
-    const std::size_t self = bvh.nodes.size();
+    const std::size_t index = bvh.nodes.size();
     bvh.nodes.emplace_back();
     std::array<std::span<std::uint32_t>, TriangleBvh::kWidth> ranges{range};
     // Halve the ranges three times, in place and therefore from the last one. The second half of a
@@ -103,8 +102,8 @@ struct Builder {
                       : is_leaf         ? add_leaf(ranges[k])
                                         : add_node(ranges[k]);
     }
-    bvh.nodes[self] = node;
-    return static_cast<std::uint32_t>(self);
+    bvh.nodes[index] = node;
+    return static_cast<std::uint32_t>(index);
   }
 };
 
@@ -206,7 +205,8 @@ std::vector<Piece> split_long_triangles(std::span<const Vec3> points,
 }  // namespace
 
 TriangleBvh build_split_bvh(std::span<const Vec3> points, std::span<const Triangle> triangles) {
-  Builder builder{points, triangles, {}, split_long_triangles(points, triangles), {}};
+  Builder builder{points, triangles, /*centers=*/{}, split_long_triangles(points, triangles),
+                  /*bvh=*/{}};
   if (builder.pieces.empty()) return build_triangle_bvh(points, triangles);
   builder.bvh.is_split = true;
   for (const Piece& piece : builder.pieces) builder.centers.push_back(piece.box.center());
@@ -217,7 +217,7 @@ TriangleBvh build_split_bvh(std::span<const Vec3> points, std::span<const Triang
 }
 
 TriangleBvh build_triangle_bvh(std::span<const Vec3> points, std::span<const Triangle> triangles) {
-  Builder builder{points, triangles, {}, {}, {}};
+  Builder builder{points, triangles, /*centers=*/{}, /*pieces=*/{}, /*bvh=*/{}};
   if (triangles.empty()) return {};
   builder.centers.reserve(triangles.size());
   for (const Triangle& t : triangles)

@@ -16,8 +16,9 @@ namespace polymorph {
 namespace {
 
 constexpr double kLong = 1.0 / 64;  // fraction of the diagonal
-// Meshes with more than kManyLong long triangles are clustered. At most kMaxScattered scattered
-// ones, or kMaxNested ones of nested shells, should remain.
+// Meshes with more than kManyLong long triangles are clustered. If as many remain, they are
+// scattered and are thinned out to about kMaxScattered. Of nested shells, at most kMaxNested should
+// remain.
 constexpr std::size_t kManyLong = 16384, kMaxScattered = 2048, kMaxNested = 1024;
 constexpr double kFineCells = 2048, kCoarseCells = 256;  // cells along the diagonal
 
@@ -60,6 +61,7 @@ ClusteredMesh cluster(MeshView mesh, double cell) {
     std::array<std::uint32_t, 3> c{representative[t.v[0]], representative[t.v[1]],
                                    representative[t.v[2]]};
     if (c[0] == c[1] || c[1] == c[2] || c[2] == c[0]) continue;
+    // The lowest corner comes first; a rotation keeps the orientation.
     std::rotate(c.begin(), std::min_element(c.begin(), c.end()), c.end());
     const bool reverse = c[1] > c[2];  // sorting then reverses the orientation
     if (reverse) std::swap(c[1], c[2]);
@@ -86,7 +88,7 @@ ClusteredMesh cluster(MeshView mesh, double cell) {
 /// Lists all short triangles and, of the long ones whose corners lie in the same cells, one.
 /// Returns nothing if the list has half of the triangles or more. A long triangle with two corners
 /// in one cell counts as an edge, and is left out if a listed triangle has that edge.
-std::vector<std::uint32_t> list_one_per_cells(MeshView mesh, double cell, double diagonal) {
+std::vector<std::uint32_t> list_one_per_cell_set(MeshView mesh, double cell, double diagonal) {
   const std::vector<std::uint32_t> representative = first_points_in_cells(mesh, cell);
   struct Cells {
     std::array<std::uint32_t, 3> cells;  // ascending; of two cells, the higher one twice
@@ -189,7 +191,7 @@ std::vector<std::uint32_t> list_representative_triangles(MeshView mesh) {
   const std::optional<ClusteredMesh> clustered = cluster_long_triangles(mesh);
   if (!clustered) return {};
   const double diagonal = static_cast<double>(mesh.box().diagonal());
-  if (!clustered->thinned) return list_one_per_cells(mesh, clustered->cell, diagonal);
+  if (!clustered->thinned) return list_one_per_cell_set(mesh, clustered->cell, diagonal);
   std::vector<std::uint32_t> listed_triangles;
   const std::size_t n = (count_long(mesh, diagonal) + kMaxScattered - 1) / kMaxScattered;
   std::size_t long_count = 0;

@@ -24,7 +24,7 @@ constexpr std::array<float, 3> kDeviations = {kNarrowDeviation, 3 * kNarrowDevia
                                               9 * kNarrowDeviation};
 constexpr std::array<float, 3> kGaussianWeights = {1, 1e-3f, 1e-6f};
 
-/// Red, green and blue of a sum of weighted colours, and the sum of the weights.
+/// Four floats: red, green and blue of a sum of weighted colours, and the sum of the weights.
 typedef float WeightedColor __attribute__((vector_size(16)));
 constexpr int kWeight = 3;  ///< index of the weight
 WeightedColor weighted(Vec3 color, float weight) {
@@ -87,7 +87,7 @@ std::vector<WeightedColor> splat_samples(const Model& model, std::span<const Fac
         const auto k = static_cast<std::size_t>(i);
         colors[k] = sample_color(model, samples[k]);
       },
-      1024);
+      /*grain=*/1024);
   std::vector<WeightedColor> sums(array3_count(grid.points));
   for (std::size_t k = 0; k < samples.size(); ++k) {
     if (sides[samples[k].triangle] == FaceSide::kHidden) continue;
@@ -114,32 +114,33 @@ std::vector<WeightedColor> blur(std::vector<WeightedColor> v, Int3 points, float
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::int64_t step = steps[axis];
     const auto count = static_cast<int>(n[axis]);
-    parallel_ranges(
-        static_cast<std::int64_t>(v.size()) / count, 32, [&](std::int64_t begin, std::int64_t end) {
-          std::vector<WeightedColor> original(static_cast<std::size_t>(count));
-          for (std::int64_t line = begin; line < end; ++line) {
-            // Of the lines along the axis, `step` consecutive ones begin side by side; the next
-            // ones begin step * count elements further on.
-            WeightedColor* const first =
-                &v[static_cast<std::size_t>(line / step * step * count + line % step)];
-            // Most of the box is empty, so process only the range between a line's outermost
-            // samples.
-            int low = count, high = -1;
-            for (int i = 0; i < count; ++i) {
-              original[static_cast<std::size_t>(i)] = first[i * step];
-              if (!(first[i * step][kWeight] > 0)) continue;
-              low = std::min(low, i);
-              high = i;
-            }
-            for (int i = 0; high >= 0 && i < count; ++i) {
-              WeightedColor sum{};
-              for (int k = std::max(i - radius, low); k <= std::min(i + radius, high); ++k)
-                sum += original[static_cast<std::size_t>(k)] *
-                       weights[static_cast<std::size_t>(std::abs(k - i))];
-              first[i * step] = sum;
-            }
-          }
-        });
+    parallel_ranges(static_cast<std::int64_t>(v.size()) / count, /*grain=*/32,
+                    [&](std::int64_t begin, std::int64_t end) {
+                      std::vector<WeightedColor> original(static_cast<std::size_t>(count));
+                      for (std::int64_t line = begin; line < end; ++line) {
+                        // Of the lines along the axis, `step` consecutive ones begin side by side;
+                        // the next ones begin step * count elements further on.
+                        WeightedColor* const first =
+                            &v[static_cast<std::size_t>(line / step * step * count + line % step)];
+                        // Most of the box is empty, so process only the range between a line's
+                        // outermost samples.
+                        int low = count, high = -1;
+                        for (int i = 0; i < count; ++i) {
+                          original[static_cast<std::size_t>(i)] = first[i * step];
+                          if (!(first[i * step][kWeight] > 0)) continue;
+                          low = std::min(low, i);
+                          high = i;
+                        }
+                        for (int i = 0; high >= 0 && i < count; ++i) {
+                          WeightedColor sum{};
+                          for (int k = std::max(i - radius, low); k <= std::min(i + radius, high);
+                               ++k)
+                            sum += original[static_cast<std::size_t>(k)] *
+                                   weights[static_cast<std::size_t>(std::abs(k - i))];
+                          first[i * step] = sum;
+                        }
+                      }
+                    });
   }
   return v;
 }

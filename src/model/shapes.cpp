@@ -130,7 +130,7 @@ void add_sphere(Model& model, Vec3d center, double radius, int rows) {
 
 Model make_sphere() {
   Model model;
-  add_sphere(model, {0, 1, 0}, 1, 24);
+  add_sphere(model, /*center=*/{0, 1, 0}, /*radius=*/1, /*rows=*/24);
   close_seams(model);
   return model;
 }
@@ -151,7 +151,7 @@ Model make_drops() {
     add_sphere(model,
                Vec3d(horizontal * exact::cos(azimuth) * r, 1 + up * r,
                      horizontal * exact::sin(azimuth) * r),
-               kRadius, 4);
+               kRadius, /*rows=*/4);
   }
   close_seams(model);
   return model;

@@ -14,15 +14,15 @@ namespace polymorph {
 namespace {
 
 /// Barycentric coordinates of the projection of p onto the triangle's plane; p may lie outside the
-/// triangle.
+/// triangle. A triangle without area gives those of corner a.
 TriangleWeights barycentric_in_plane(Vec3 p, Vec3 a, Vec3 b, Vec3 c) {
-  const Vec3 e = b - a, f = c - a, d = p - a;
-  const double ee = static_cast<double>(dot(e, e)), ef = static_cast<double>(dot(e, f)),
-               ff = static_cast<double>(dot(f, f)), de = static_cast<double>(dot(d, e)),
-               df = static_cast<double>(dot(d, f));
-  const double determinant = ee * ff - ef * ef;
+  const Vec3 ab = b - a, ac = c - a, ap = p - a;
+  const double bb = static_cast<double>(dot(ab, ab)), bc = static_cast<double>(dot(ab, ac)),
+               cc = static_cast<double>(dot(ac, ac)), pb = static_cast<double>(dot(ap, ab)),
+               pc = static_cast<double>(dot(ap, ac));
+  const double determinant = bb * cc - bc * bc;
   if (!(determinant > 0)) return {};
-  const double v = (ff * de - ef * df) / determinant, w = (ee * df - ef * de) / determinant;
+  const double v = (cc * pb - bc * pc) / determinant, w = (bb * pc - bc * pb) / determinant;
   return {1 - v - w, v, w};
 }
 
@@ -104,7 +104,7 @@ Nearest find_nearest(const Model& model, const ClosestPointQuery& closest, const
         if (nearest.hits[k].triangle != ClosestPoint::kNoTriangle)
           nearest.uvs[k] = uv_at(model, nearest.hits[k]);
       },
-      256);
+      /*grain=*/256);
   return nearest;
 }
 
@@ -176,7 +176,7 @@ TransferredMaterials transfer_materials(const Model& model, const ClosestPointQu
         if (!textured) return;
         for (std::size_t c = 0; c < 3; ++c) result.corner_uvs[3 * t + c] = nearest.uvs[v[c]];
       },
-      256);
+      /*grain=*/256);
   std::vector<std::uint32_t> crossing_triangles;
   for (std::uint32_t t = 0; t < triangles.size(); ++t)
     if (is_crossing[t]) crossing_triangles.push_back(t);
@@ -207,9 +207,10 @@ TransferredMaterials transfer_materials(const Model& model, const ClosestPointQu
                                                     texel(model, material, nearest.uvs[v[c]])));
         }
       },
-      64);
+      /*grain=*/64);
   for (std::size_t k = 0; k < crossing_triangles.size(); ++k) {
     if (!is_visible[k]) continue;
+    // The first visible border allocates the indices.
     result.border_index.resize(triangles.size(), TransferredMaterials::kNoBorder);
     result.border_index[crossing_triangles[k]] = static_cast<std::uint32_t>(result.borders.size());
     result.borders.push_back(borders[k]);

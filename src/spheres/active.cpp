@@ -51,17 +51,18 @@ class CornerLattice {
   /// Index of a cell's corner in the lattice, x fastest.
   std::size_t index(const Cell& cell, int octant) const {
     const int scale_bits = finest_ - cell.level;
-    const auto at = [&](std::int32_t c, int bit) {
-      return static_cast<std::size_t>(c + (octant >> bit & 1)) << scale_bits;
+    const auto lattice_index = [&](std::int32_t cell_index, int bit) {
+      return static_cast<std::size_t>(cell_index + (octant >> bit & 1)) << scale_bits;
     };
-    return at(cell.x, 0) + side_ * (at(cell.y, 1) + side_ * at(cell.z, 2));
+    return lattice_index(cell.x, 0) +
+           side_ * (lattice_index(cell.y, 1) + side_ * lattice_index(cell.z, 2));
   }
 
   const InsideTest& test_;
   const RootCube& root_;
   int finest_;
-  std::size_t side_;  ///< lattice points per axis
-  std::vector<std::uint8_t> state_;
+  std::size_t side_;                 ///< lattice points per axis
+  std::vector<std::uint8_t> state_;  ///< one of the four constants per lattice point
 };
 
 }  // namespace

@@ -1,7 +1,6 @@
 #include "spheres/boundary.h"
 
 #include <algorithm>
-#include <cmath>
 #include <nanoflann.hpp>
 #include <numeric>
 
@@ -13,7 +12,7 @@
 namespace polymorph {
 namespace {
 
-/// Adapter of the samples for nanoflann.
+/// The samples in the form that nanoflann's k-d tree requires.
 struct Points {
   const std::vector<BoundarySample>& samples;
   std::size_t kdtree_get_point_count() const { return samples.size(); }
@@ -23,11 +22,13 @@ struct Points {
   }
   template <class B>
   bool kdtree_get_bbox(B&) const {
-    return false;
+    return false;  // the tree computes the bounding box itself
   }
 };
 using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, Points>,
                                                  Points, 3, std::uint32_t>;
+
+constexpr int kMaxShrinkSteps = 30;  // per ball
 
 /// Computes the radius of the largest ball that touches the boundary in sample `i`, on the side
 /// that the normal `inward` points to, and contains no other sample. A ball through the sample's
@@ -35,30 +36,32 @@ using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<fl
 /// it: r <- |q - p|^2 / (2 inward . (q - p)) (Ma, Bae and Choi 2012). `radius`: the initial radius.
 float shrink_ball(const Tree& tree, const std::vector<BoundarySample>& samples, std::size_t i,
                   Vec3 inward, float radius) {
-  // Samples of the same smooth sheet enclose a small angle at the centre; a ball that shrinks to
-  // them measures facets and noise, not the solid.
-  constexpr float kMinCosine = 0.87f;  // 30 degrees
+  // Samples p and q of the same smooth sheet enclose a small angle at the centre. A ball that
+  // shrinks to such a q measures facets and noise, not the solid.
+  constexpr float kMaxCosine = 0.87f;      // of the angle: at least 30 degrees
+  constexpr float kUnchanged = 1 - 1e-4f;  // ratios of radii above it are taken for rounding
   const Vec3 p = samples[i].point;
-  for (int step = 0; step < 30; ++step) {
+  for (int step = 0; step < kMaxShrinkSteps; ++step) {
     const Vec3 c = p + inward * radius;
     const float query[3] = {c.x, c.y, c.z};
     std::uint32_t nearest = 0;
     float distance2 = 0;
-    tree.knnSearch(query, 1, &nearest, &distance2);
-    if (nearest == i || !(distance2 < radius * radius * (1 - 1e-4f))) break;
+    tree.knnSearch(query, /*num_closest=*/1, &nearest, &distance2);
+    if (nearest == i || !(distance2 < radius * radius * kUnchanged)) break;  // the ball is empty
     const Vec3 q = samples[nearest].point, d = q - p;
     const float projection = dot(d, inward);
-    if (!(projection > 0)) break;
+    if (!(projection > 0)) break;  // no ball through p on this side touches q
     const float next = dot(d, d) / (2 * projection);
     // The angle is measured at the new centre.
     const Vec3 center = p + inward * next;
-    if (step > 0 && dot(normalized(p - center), normalized(q - center)) > kMinCosine) break;
-    if (!(next < radius * (1 - 1e-4f))) break;
+    if (step > 0 && dot(normalized(p - center), normalized(q - center)) > kMaxCosine) break;
+    if (!(next < radius * kUnchanged)) break;
     radius = next;
   }
   return radius;
 }
 
+/// Sets the radii of the samples' inner and outer balls, as far as other samples limit them.
 void measure_balls(std::vector<BoundarySample>& samples, float diagonal) {
   const Points points{samples};
   const Tree tree(3, points, nanoflann::KDTreeSingleIndexAdaptorParams(/*leaf_max_size=*/12));
@@ -70,7 +73,7 @@ void measure_balls(std::vector<BoundarySample>& samples, float diagonal) {
         samples[i].inner_radius = shrink_ball(tree, samples, i, -n, diagonal / 2);
         samples[i].outer_radius = shrink_ball(tree, samples, i, n, diagonal / 2);
       },
-      64);
+      /*grain=*/64);
 }
 
 /// Shrinks balls that pass through a wall thinner than the samples' spacing: a ball with a probe on
@@ -107,7 +110,8 @@ void shrink_to_walls(std::vector<BoundarySample>& samples, const Model& model,
         BoundarySample& s = samples[ball / 2];
         float& radius = ball % 2 ? s.outer_radius : s.inner_radius;
         const Vec3 n = ball % 2 ? s.normal : -s.normal;
-        for (int step = 0; step < 30; ++step) {
+        for (int step = 0; step < kMaxShrinkSteps; ++step) {
+          // The factor excludes the sample's own face, which the ball touches.
           const ClosestPoint q = faces.closest(s.point + n * radius, radius * 0.999f);
           if (q.triangle == ClosestPoint::kNoTriangle) break;
           const Vec3 d = q.point - s.point;
@@ -116,27 +120,27 @@ void shrink_to_walls(std::vector<BoundarySample>& samples, const Model& model,
           radius = next;
         }
       },
-      64);
+      /*grain=*/64);
 }
 
 /// Selects the surface samples that have the inside on exactly one side, and orients their normals
 /// outward.
 std::vector<BoundarySample> select_boundary(const std::vector<SurfaceSample>& surface,
                                             const InsideTest& inside, float diagonal) {
-  // Distance of the probes from the surface.
-  const float step = 2e-4f * diagonal;
+  const float probe_distance = 2e-4f * diagonal;
   std::vector<Vec3> probes;
   probes.reserve(2 * surface.size());
   for (const SurfaceSample& s : surface) {
-    probes.push_back(s.point + s.normal * step);
-    probes.push_back(s.point - s.normal * step);
+    probes.push_back(s.point + s.normal * probe_distance);
+    probes.push_back(s.point - s.normal * probe_distance);
   }
   const std::vector<std::uint8_t> is_inside = inside.inside(probes);
   std::vector<BoundarySample> samples;
   for (std::size_t i = 0; i < surface.size(); ++i) {
     const bool front = is_inside[2 * i] != 0, back = is_inside[2 * i + 1] != 0;
     if (front == back) continue;
-    samples.push_back({surface[i].point, front ? -surface[i].normal : surface[i].normal, 0, 0});
+    samples.push_back({surface[i].point, front ? -surface[i].normal : surface[i].normal,
+                       /*inner_radius=*/0, /*outer_radius=*/0});
   }
   return samples;
 }
@@ -149,7 +153,8 @@ std::vector<BoundarySample> sample_boundary(const Model& model, const InsideTest
   const float diagonal = box.diagonal();
   std::vector<BoundarySample> samples =
       select_boundary(sample_surface(model, count), inside, diagonal);
-  // If more than a tenth of the samples lay on faces inside or outside the solid, more are drawn.
+  // If more than a tenth of the samples lie on faces inside or outside the solid, a larger number
+  // is drawn, of which about `count` should remain.
   if (samples.size() * 10 < count * 9 && !samples.empty()) {
     const std::size_t larger_count = std::min(count * count / samples.size(), 8 * count);
     samples = select_boundary(sample_surface(model, larger_count), inside, diagonal);

@@ -4,7 +4,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
-#include <limits>
 #include <optional>
 
 #include "base/file.h"
@@ -18,10 +17,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Content of a file: node count, nodes, ball count, balls. Sizes are in bytes.
-constexpr std::size_t kNodeSize = 4 * 4 + 4 + 2 + 1;
-constexpr std::size_t kBallSize = 11 * 4;
-constexpr std::uint64_t kMaxBytes = 4ull << 30;  // larger files are not verified
+// Content of a file: node count, nodes, ball count, balls. Counts have 8 bytes.
+constexpr std::size_t kNodeSize = 4 * 4 + 4 + 2 + 1;     // bytes: sphere, parent, level, leaf
+constexpr std::size_t kBallSize = 11 * 4;                // bytes: the numbers of for_each_number()
+constexpr std::uint64_t kMaxVerifiedBytes = 4ull << 30;  // larger files count as damaged
 
 std::string make_key(const Model& model, const SphereSettings& settings) {
   // Structured bindings make this fail to compile when a member is added. Only the geometry of a
@@ -126,7 +125,8 @@ std::optional<Approximation> decode(std::string_view bytes, const std::string& k
   return approximation;
 }
 
-/// Removes the files of the entries for which `is_removed` returns true, and counts both kinds.
+/// Removes the files of the entries i for which is_removed(i) is true. Counts the removed files,
+/// and the others as kept.
 template <class F>
 CacheCleaning remove_entries(const std::vector<CacheEntry>& entries, const F& is_removed) {
   CacheCleaning cleaning;
@@ -197,7 +197,7 @@ std::vector<CacheEntry> list_cache(const fs::path& folder) {
 std::vector<CacheEntry> verify_cache(const fs::path& folder) {
   std::vector<CacheEntry> entries = list_cache(folder);
   for (CacheEntry& entry : entries) {
-    const auto bytes = read_file(entry.file, kMaxBytes);
+    const auto bytes = read_file(entry.file, kMaxVerifiedBytes);
     if (!bytes) {
       entry.problem = bytes.error().message;
       continue;
@@ -259,10 +259,12 @@ Result<std::vector<Ball>> refit_cached(const Model& model, const SphereSettings&
   Approximation refitted;
   PM_TRY(refitted.balls, refit(model, settings, balls));
   // The file must have a sphere tree: it gets one sphere per ball, with the radius at which a lone
-  // ball's field is 1 (for w >= 1).
+  // ball's field is 1. A ball of w < 1 gets the radius of w = 1, because radii must be above 0.
   for (const Ball& ball : refitted.balls)
-    refitted.tree.nodes.push_back(
-        {{ball.center, std::sqrt(std::max(ball.w, 1.0f) / ball.a)}, -1, 0, /*leaf=*/true});
+    refitted.tree.nodes.push_back({{ball.center, std::sqrt(std::max(ball.w, 1.0f) / ball.a)},
+                                   /*parent=*/-1,
+                                   /*level=*/0,
+                                   /*leaf=*/true});
   store_approximation(cache_folder, key, model.name, refitted);
   return std::move(refitted.balls);
 }

@@ -14,11 +14,12 @@
 namespace polymorph {
 namespace {
 
-/// The surface as a graph. Its nodes are the first of each set of coincident points.
+/// The surface as a graph. Its nodes are representatives: the first of each set of coincident
+/// points. All lists have one entry per point of the model.
 struct PointGraph {
-  std::vector<std::uint32_t> first;  ///< first of the points that coincide with each point
-  std::vector<std::vector<std::uint32_t>> neighbors;  ///< neighbours of each first point
-  std::vector<float> areas;                           ///< area around each first point
+  std::vector<std::uint32_t> representative;
+  std::vector<std::vector<std::uint32_t>> neighbors;  ///< adjacent representatives
+  std::vector<float> areas;  ///< a third of the area of a representative's triangles, else 0
 };
 
 PointGraph make_graph(const Model& model) {
@@ -27,7 +28,7 @@ PointGraph make_graph(const Model& model) {
   std::map<std::array<float, 3>, std::uint32_t> first_at;
   for (std::uint32_t i = 0; i < n; ++i) {
     const Vec3 p = model.points[i];
-    graph.first.push_back(first_at.try_emplace({p.x, p.y, p.z}, i).first->second);
+    graph.representative.push_back(first_at.try_emplace({p.x, p.y, p.z}, i).first->second);
   }
   graph.neighbors.resize(n);
   graph.areas.assign(n, 0);
@@ -35,7 +36,8 @@ PointGraph make_graph(const Model& model) {
     const Vec3 a = model.points[t.v[0]], b = model.points[t.v[1]], c = model.points[t.v[2]];
     const float third_of_area = length(cross(b - a, c - a)) / 6;
     for (int k = 0; k < 3; ++k) {
-      const std::uint32_t here = graph.first[t.v[k]], next = graph.first[t.v[(k + 1) % 3]];
+      const std::uint32_t here = graph.representative[t.v[k]],
+                          next = graph.representative[t.v[(k + 1) % 3]];
       graph.areas[here] += third_of_area;
       graph.neighbors[here].push_back(next);
       graph.neighbors[next].push_back(here);
@@ -59,7 +61,8 @@ std::vector<std::uint32_t> grow_region(const Model& model, const PointGraph& gra
   return region;
 }
 
-/// Lists the points that a ball moves with. `size`: the diagonal of the model's box.
+/// Lists the points that a ball moves with, as bind_balls() does. `size`: the diagonal of the
+/// model's box.
 std::vector<BoundPoint> bind_ball(const Model& model, const PointGraph& graph, const Ball& ball,
                                   float size) {
   // The region's radius is kRadiusFactor times the distance to the surface, or times the ball's
@@ -71,7 +74,7 @@ std::vector<BoundPoint> bind_ball(const Model& model, const PointGraph& graph, c
   float nearest = std::numeric_limits<float>::infinity();
   for (std::uint32_t i = 0; i < model.points.size(); ++i)
     if (const float d = length(model.points[i] - ball.center);
-        d < nearest && graph.areas[i] > 0 && graph.first[i] == i)
+        d < nearest && graph.areas[i] > 0 && graph.representative[i] == i)
       nearest = d, seed = i;
   float radius = kRadiusFactor * std::max(nearest, 1 / std::sqrt(ball.a));
   std::vector<std::uint32_t> region = grow_region(model, graph, seed, ball.center, radius);
@@ -83,7 +86,7 @@ std::vector<BoundPoint> bind_ball(const Model& model, const PointGraph& graph, c
   for (const std::uint32_t i : region) {
     const Vec3 offset = model.points[i] - ball.center;
     const float falloff = 1 - dot(offset, offset) / (radius * radius);
-    // The square of the falloff; 1e-4 keeps the sum of the weights positive.
+    // The weight has the square of the falloff; 1e-4 keeps the sum of the weights positive.
     bound.push_back({i, graph.areas[i] * (std::max(falloff, 0.0f) * falloff + 1e-4f)});
   }
   return bound;
@@ -102,7 +105,7 @@ std::vector<std::vector<BoundPoint>> bind_balls(const Model& model, std::span<co
         const auto i = static_cast<std::size_t>(index);
         bound[i] = bind_ball(model, graph, balls[i], size);
       },
-      1);
+      /*grain=*/1);
   return bound;
 }
 

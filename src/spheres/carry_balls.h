@@ -23,7 +23,8 @@ struct CarriedBalls {
 /// A point of the model's surface that a ball moves with.
 struct BoundPoint {
   std::uint32_t point = 0;  ///< index into the model's points
-  /// The area around the point, times a falloff from 1 to 1e-4 with the distance.
+  /// A third of the area of the triangles at the point, times a falloff from 1 to 1e-4 with the
+  /// distance from the ball's centre.
   float weight = 0;
 };
 

@@ -9,7 +9,7 @@ namespace polymorph {
 namespace {
 
 constexpr int kMaxSuggestedResolution = 7;  // 2^18 cells: a fraction of a second
-constexpr std::size_t kMaxFitted = 4096;    // balls
+constexpr std::size_t kMaxFitted = 4096;    // balls of one fit
 
 SphereTree build_at_resolution(const InsideTest& test, const RootCube& root, SphereMethod method,
                                int resolution) {
@@ -23,8 +23,8 @@ SphereTree build_at_resolution(const InsideTest& test, const RootCube& root, Sph
 SphereTree build_automatic(const InsideTest& test, const RootCube& root, SphereMethod method,
                            std::size_t max_count) {
   constexpr int kMinResolution = 4, kStartResolution = 6, kMaxResolution = 8;
-  // With each level an octree has 8 times as many cells; the active method, which refines only at
-  // the surface, has 4 times as many.
+  // With each level an octree has 8 times as many cells. The active method divides cells only at
+  // the surface, so it has 4 times as many.
   const std::size_t growth = method == SphereMethod::kActive ? 4 : 8;
   int resolution = kStartResolution;
   SphereTree tree = build_at_resolution(test, root, method, resolution);
@@ -83,12 +83,12 @@ Result<SphereTree> build_cell_spheres(const Model& model, const InsideTest& test
                         : build_at_resolution(test, root, settings.method, settings.resolution);
   // The centres of a few large cells may all lie outside although centres of smaller cells do not.
   const bool may_refine = settings.method == SphereMethod::kOctree;
-  for (int r = settings.resolution + 1;
-       may_refine && tree.nodes.empty() && r <= kMaxSuggestedResolution; ++r) {
-    tree = build_at_resolution(test, root, settings.method, r);
+  for (int finer = settings.resolution + 1;
+       may_refine && tree.nodes.empty() && finer <= kMaxSuggestedResolution; ++finer) {
+    tree = build_at_resolution(test, root, settings.method, finer);
     if (!tree.nodes.empty())
       log_warning("model \"{}\": no cell of resolution {} lies inside it - resolution {} is taken",
-                  model.name, settings.resolution, r);
+                  model.name, settings.resolution, finer);
   }
   if (tree.nodes.empty()) return make_nothing_inside_error(model, test, root, settings);
   // Without a fit even a million balls are fast enough.

@@ -1,7 +1,6 @@
 // Octree cells around a model, and sphere trees of selected cells.
 #pragma once
 
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <functional>

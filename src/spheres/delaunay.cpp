@@ -8,14 +8,14 @@
 namespace polymorph {
 namespace {
 
-/// Computes the circumscribed sphere of four points; false if they are coplanar.
+/// Sets the circumscribed sphere of the corners of `t`; returns false if they are coplanar.
 bool circumscribe(std::span<const Vec3d> points, Tetrahedron& t) {
   const Vec3d a = points[t.points[0]], b = points[t.points[1]] - a, c = points[t.points[2]] - a,
               d = points[t.points[3]] - a;
-  const double volume = dot(b, cross(c, d));
+  const double six_volumes = dot(b, cross(c, d));
   const Vec3d sum = cross(c, d) * dot(b, b) + cross(d, b) * dot(c, c) + cross(b, c) * dot(d, d);
-  if (volume == 0) return false;
-  const Vec3d to_center = sum * (0.5 / volume);
+  if (six_volumes == 0) return false;
+  const Vec3d to_center = sum * (0.5 / six_volumes);
   t.center = a + to_center;
   t.radius = length(to_center);
   return std::isfinite(t.radius);
@@ -43,7 +43,7 @@ Result<std::vector<Tetrahedron>> delaunay_tetrahedra(std::span<const Vec3d> poin
     FOREACHvertex_(facet->vertices) {
       const int id = qh_pointid(qh, vertex->point);
       if (id < 0 || id >= static_cast<int>(points.size()) || corner == 4) {
-        corner = 5;  // the point at infinity
+        corner = 5;  // not 4: a facet at Qhull's point at infinity is no tetrahedron
         break;
       }
       t.points[static_cast<std::size_t>(corner++)] = static_cast<std::uint32_t>(id);

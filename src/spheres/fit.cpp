@@ -25,37 +25,43 @@ using Eigen::Vector3d;
 
 Vector3d to_eigen(Vec3 p) { return {p.x, p.y, p.z}; }
 
+constexpr double kStartDamping = 1e-2;  // of a round or pass of Levenberg-Marquardt steps
+
 /// Samples, targets and state of one fit.
 struct Fit {
   std::vector<FitBall> balls;
-  /// Three per sample (surface, outside, inside), then active points of make_free_points().
+  /// Three per sample (surface, outside, inside), then active free points (make_free_points()) and
+  /// those of add_outlier_constraints().
   std::vector<FitPoint> points;
   std::vector<FitPoint> inactive;  ///< free points that have not been on the wrong side yet
   std::size_t sample_count = 0;
   double length = 1;                      ///< diagonal of the model's box
   int parameters = kEllipsoidParameters;  ///< per ball
-  double damping = 1e-2;
+  double damping = kStartDamping;
   FitRows rows;
   FitRows tentative;  ///< rows of a tentative step; a member to reuse its memory
 };
 
+/// Value of w with which a ball starts. The field is steep enough to be local, and flat enough to
+/// depend on points nearby.
+constexpr double kStartW = 4;
+
+/// Makes a round ball whose field alone is 1 on the sphere.
 FitBall make_ball(const Sphere& sphere) {
-  // With w = 4 the field is steep enough to be local, and flat enough to depend on points nearby.
-  constexpr double kWeight = 4;
   FitBall ball;
   ball.center = to_eigen(sphere.center);
-  ball.root = Matrix3d::Identity() * (std::sqrt(kWeight) / static_cast<double>(sphere.radius));
-  ball.w = kWeight;
+  ball.root = Matrix3d::Identity() * (std::sqrt(kStartW) / static_cast<double>(sphere.radius));
+  ball.w = kStartW;
   return ball;
 }
 
-/// Second moments of the region of the solid that belongs to a sphere: between the samples nearest
-/// to the sphere and the centres of their inner balls. The region is flat in a plate and long in a
+/// Moments of the region of the solid that belongs to a sphere. The region lies between the samples
+/// nearest to the sphere and the centres of their inner balls; it is flat in a plate and long in a
 /// limb. A ball that starts as the ellipsoid of these moments need not be deformed step by step.
 struct SecondMoments {
-  double weight = 0;
-  Vector3d first = Vector3d::Zero();
-  Matrix3d second = Matrix3d::Zero();
+  double weight = 0;                   ///< sum of the weights w of points p of the region
+  Vector3d first = Vector3d::Zero();   ///< sum of w p
+  Matrix3d second = Matrix3d::Zero();  ///< sum of w p p^T
   void add(const Vector3d& p, double w) {
     weight += w;
     first += w * p;
@@ -63,6 +69,8 @@ struct SecondMoments {
   }
 };
 
+/// Computes the moments of each sphere's region. A sample belongs to the sphere with the smallest
+/// signed distance.
 std::vector<SecondMoments> compute_second_moments(const std::vector<Sphere>& spheres,
                                                   const std::vector<BoundarySample>& samples) {
   std::vector<std::uint32_t> owner(samples.size());
@@ -76,30 +84,33 @@ std::vector<SecondMoments> compute_second_moments(const std::vector<Sphere>& sph
           if (d < smallest) smallest = d, owner[s] = static_cast<std::uint32_t>(i);
         }
       },
-      64);
+      /*grain=*/64);
   std::vector<SecondMoments> moments(spheres.size());
   for (std::size_t s = 0; s < samples.size(); ++s) {
     const Vector3d p = to_eigen(samples[s].point), n = to_eigen(samples[s].normal);
     const double r = static_cast<double>(samples[s].inner_radius);
-    // Points in a cone from the sample's patch to the centre, with more volume near the patch.
+    // Points on the line from the inner ball's centre (t = 0) to the sample (t = 1). They represent
+    // a cone that ends at the sample's patch: the weight r t^2 is proportional to a slice's volume.
     for (const double t : {0.25, 0.75, 0.95}) moments[owner[s]].add(p - (1 - t) * r * n, r * t * t);
   }
   return moments;
 }
 
+/// Makes the ellipsoid with the moments of the sphere's region, or a round ball if it has no
+/// samples. `length`: Fit::length.
 FitBall make_ball(const Sphere& sphere, const SecondMoments& moments, double length) {
-  constexpr double kWeight = 4;
   FitBall ball = make_ball(sphere);
   if (!(moments.weight > 0)) return ball;
   const Vector3d mean = moments.first / moments.weight;
   Eigen::SelfAdjointEigenSolver<Matrix3d> axes(moments.second / moments.weight -
                                                mean * mean.transpose());
-  // The variance of a solid ellipsoid along an axis is a fifth of its squared half axis.
+  // The variance of a solid ellipsoid along an axis is a fifth of its squared half axis. A flat
+  // region has a variance near 0, hence the minimum.
   const double min_half_axis = 0.004 * length;
   const Vector3d half_axes =
       (5 * axes.eigenvalues()).cwiseMax(min_half_axis * min_half_axis).cwiseSqrt();
   ball.center = mean;
-  ball.root = (std::sqrt(kWeight) * half_axes.cwiseInverse()).asDiagonal() *
+  ball.root = (std::sqrt(kStartW) * half_axes.cwiseInverse()).asDiagonal() *
               axes.eigenvectors().transpose();
   return ball;
 }
@@ -132,16 +143,17 @@ std::vector<FitPoint> make_free_points(const std::vector<BoundarySample>& sample
     Vec3 point;
     bool inside;
   };
-  std::vector<FreePoint> all;
+  std::vector<FreePoint> free_points;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     // A ball that touches the boundary in p contains no boundary, so points from p almost to its
     // opposite end are inside (outside) without a test.
     const BoundarySample& s = samples[i];
-    const float inner_fraction = random_float(1, 0, i), outer_fraction = random_float(1, 1, i);
-    all.push_back({s.point - s.normal * (1.8f * s.inner_radius * inner_fraction), true});
+    const float inner_fraction = random_float(/*seed=*/1, /*stream=*/0, i),
+                outer_fraction = random_float(/*seed=*/1, /*stream=*/1, i);
+    free_points.push_back({s.point - s.normal * (1.8f * s.inner_radius * inner_fraction), true});
     // The lattice covers points further outside.
     const float max_offset = std::min(1.8f * s.outer_radius, 0.1f * box.diagonal());
-    all.push_back({s.point + s.normal * (max_offset * outer_fraction), false});
+    free_points.push_back({s.point + s.normal * (max_offset * outer_fraction), false});
   }
   std::vector<Vec3> lattice(3 * samples.size());
   for (std::size_t i = 0; i < lattice.size(); ++i) {
@@ -149,20 +161,22 @@ std::vector<FitPoint> make_free_points(const std::vector<BoundarySample>& sample
     lattice[i] = wide.low + wide.size() * Vec3{static_cast<float>(x), static_cast<float>(y),
                                                static_cast<float>(z)};
   }
-  const std::vector<std::uint8_t> in = inside.inside(lattice);
-  for (std::size_t i = 0; i < lattice.size(); ++i) all.push_back({lattice[i], in[i] != 0});
-  std::vector<std::pair<std::uint64_t, std::size_t>> order(all.size());
-  for (std::size_t i = 0; i < all.size(); ++i) order[i] = {morton_key(all[i].point, wide), i};
+  const std::vector<std::uint8_t> is_inside = inside.inside(lattice);
+  for (std::size_t i = 0; i < lattice.size(); ++i)
+    free_points.push_back({lattice[i], is_inside[i] != 0});
+  std::vector<std::pair<std::uint64_t, std::size_t>> order(free_points.size());
+  for (std::size_t i = 0; i < free_points.size(); ++i)
+    order[i] = {morton_key(free_points[i].point, wide), i};
   std::sort(order.begin(), order.end());
   std::vector<FitPoint> points;
   for (const auto& [key, i] : order)
-    points.push_back({to_eigen(all[i].point), 0, kFreeWeight,
-                      all[i].inside ? FitPoint::Rule::kInside : FitPoint::Rule::kOutside});
+    points.push_back({to_eigen(free_points[i].point), /*target=*/0, kFreeWeight,
+                      free_points[i].inside ? FitPoint::Rule::kInside : FitPoint::Rule::kOutside});
   return points;
 }
 
-/// Activates the free points that are on the wrong side. Most never are, and are tested once per
-/// round instead of once per step. Active points stay active.
+/// Activates the free points that are on the wrong side. Most never are, so they are tested only
+/// every few steps. Active points stay active.
 void activate_wrong_points(Fit& fit) {
   const std::vector<std::uint8_t> inside = test_inside_field(fit.balls, fit.inactive);
   std::vector<FitPoint> still_inactive;
@@ -173,7 +187,9 @@ void activate_wrong_points(Fit& fit) {
   fit.inactive = std::move(still_inactive);
 }
 
-/// Applies a step to one ball; the change of each parameter is limited.
+/// Applies a step to one ball; the change of each parameter is limited. `step`: changes of w, of
+/// the centre and of D (FitBall::root), as xx, yy, zz, xy, xz, yz or, for a round ball, as one
+/// number.
 FitBall apply_step(const FitBall& ball, const double* step, int parameters, double length) {
   FitBall next = ball;
   const double shift = Vector3d(step[1], step[2], step[3]).norm();
@@ -189,7 +205,8 @@ FitBall apply_step(const FitBall& ball, const double* step, int parameters, doub
   }
   constexpr double kMaxStretch = 0.4;
   if (const double size = d.norm(); size > kMaxStretch) d *= kMaxStretch / size;
-  next.root = (Matrix3d::Identity() + d / 2 + d * d / 8) * ball.root;  // about exp(d / 2) root
+  // The second-order approximation of exp(d / 2) root.
+  next.root = (Matrix3d::Identity() + d / 2 + d * d / 8) * ball.root;
   return next;
 }
 
@@ -197,12 +214,12 @@ FitBall apply_step(const FitBall& ball, const double* step, int parameters, doub
 /// resolve.
 void limit_axes(FitBall& ball, double length) {
   constexpr double kMaxRatio = 12;  // of an ellipsoid's axes
-  // At w = 4, a half axis is 2 / root: 0.002 to 4 times the length.
+  // At w = 4, a half axis is 2 / s for a singular value s of `root`: 0.002 to 4 times the length.
   const double max_root = 2 / (0.002 * length), min_root = 0.5 / length;
   Eigen::JacobiSVD<Matrix3d> svd(ball.root, Eigen::ComputeFullV);
   Vector3d s = svd.singularValues();  // descending
-  const double high = std::min(s[0], max_root);
-  const Vector3d limited = s.cwiseMin(high).cwiseMax(std::max(high / kMaxRatio, min_root));
+  const double largest = std::min(s[0], max_root);
+  const Vector3d limited = s.cwiseMin(largest).cwiseMax(std::max(largest / kMaxRatio, min_root));
   if (limited == s) return;
   ball.root = limited.asDiagonal() * svd.matrixV().transpose();
 }
@@ -233,7 +250,7 @@ bool improve(Fit& fit) {
                          fit.parameters, fit.length);
           limit_axes(next[i], fit.length);
         },
-        16);
+        /*grain=*/16);
     evaluate(next, fit, fit.tentative);
     if (fit.tentative.cost < fit.rows.cost) {
       fit.balls = std::move(next);
@@ -251,7 +268,7 @@ bool improve(Fit& fit) {
 std::vector<double> compute_contributions(const Fit& fit) {
   std::vector<double> contributions(fit.balls.size(), 0.0);
   for (std::size_t s = 0; s < fit.sample_count; ++s) {
-    const std::size_t p = 3 * s;
+    const std::size_t p = 3 * s;  // the sample's point on the surface
     for (std::uint32_t e = fit.rows.begins[p]; e < fit.rows.begins[p + 1]; ++e) {
       // Without the ball psi changes by ln(1 - q); the two limits keep this finite.
       const double q = std::min(static_cast<double>(fit.rows.weights[e]), 0.999);
@@ -302,24 +319,26 @@ void move_balls(Fit& fit, const std::vector<BoundarySample>& samples, double max
   }
   std::size_t move_count = 0;
   for (std::size_t i = 0; i < by_error.size() && move_count < max_moves; ++i) {
+    // Both lists are sorted: later balls contribute more, and later errors are smaller.
     const std::size_t moved = by_contribution[move_count], crowded = by_error[i];
     if (contributions[moved] * 2 > squared_errors[crowded] || is_used[crowded] || moved == crowded)
       break;
     const std::size_t s = worst_sample[crowded];
-    if (s == fit.sample_count) continue;
+    if (s == fit.sample_count) continue;  // the ball contributes to no sample
     is_used[moved] = is_used[crowded] = 1;
     ++move_count;
     if (fit.rows.psi[3 * s] < 0) {  // the sample lies outside the field: fill it in
       const BoundarySample& sample = samples[s];
       const float r = std::max(sample.inner_radius, 0.004f * static_cast<float>(fit.length));
       fit.balls[moved] = make_ball({sample.point - sample.normal * r, r});
-      // Strong enough to raise the field at the sample to 1.
+      // The ball adds 1 - field at the sample, so that the sum there is 1.
       fit.balls[moved].w += exact::log(-exact::expm1(std::max(fit.rows.psi[3 * s], -40.0)));
       continue;
     }
     // Split the ball along its longest axis into two smaller and weaker halves.
     FitBall& ball = fit.balls[crowded];
     Eigen::JacobiSVD<Matrix3d> svd(ball.root, Eigen::ComputeFullV);
+    // The longest axis belongs to the smallest singular value, which is the last one.
     const Vector3d axis = svd.matrixV().col(2) / svd.singularValues()[2];
     ball.root *= 1.15;
     ball.w -= 0.5;
@@ -344,14 +363,15 @@ FitBall to_fit_ball(const Ball& ball) {
 
 Ball to_ball(const FitBall& fitted) {
   const Matrix3d a = fitted.root.transpose() * fitted.root;
-  const double size = cube_root(a.determinant());
-  const auto f = [&](double v) { return static_cast<float>(v / size); };
+  const double size = cube_root(a.determinant());  // a ball's shape has determinant 1
+  const auto scaled = [&](double v) { return static_cast<float>(v / size); };
   Ball ball;
   ball.center = {static_cast<float>(fitted.center[0]), static_cast<float>(fitted.center[1]),
                  static_cast<float>(fitted.center[2])};
   ball.a = static_cast<float>(size);
   ball.w = static_cast<float>(fitted.w);
-  ball.shape = {f(a(0, 0)), f(a(1, 1)), f(a(2, 2)), f(a(0, 1)), f(a(0, 2)), f(a(1, 2))};
+  ball.shape = {scaled(a(0, 0)), scaled(a(1, 1)), scaled(a(2, 2)),
+                scaled(a(0, 1)), scaled(a(0, 2)), scaled(a(1, 2))};
   return ball;
 }
 
@@ -371,9 +391,9 @@ double compute_surface_rms(const Fit& fit) {
   return std::sqrt(sum / static_cast<double>(fit.sample_count));
 }
 
-/// Adds points of the surface that lie far from the model, constrained to lie outside or inside;
-/// they remove spurious components and bulges between the free points. Returns the number of such
-/// points.
+/// Finds the vertices of the surface that lie far from the model, and constrains at most
+/// kMaxConstraints of them to lie outside or inside. The constraints remove spurious components and
+/// bulges between the free points. Returns the number of vertices found.
 Result<std::size_t> add_outlier_constraints(Fit& fit, const ClosestPointQuery& boundary,
                                             const InsideTest& inside) {
   constexpr std::size_t kMaxConstraints = 2000;
@@ -388,17 +408,18 @@ Result<std::size_t> add_outlier_constraints(Fit& fit, const ClosestPointQuery& b
     outliers.push_back(mesh.positions[i]);
     distances.push_back(static_cast<double>(closest[i].distance));
   }
-  const std::vector<std::uint8_t> in = inside.inside(outliers);
+  const std::vector<std::uint8_t> is_inside = inside.inside(outliers);
   const std::size_t stride = outliers.size() / kMaxConstraints + 1;
   for (std::size_t i = 0; i < outliers.size(); i += stride) {
     const double target = std::min(distances[i], 0.02 * fit.length);
-    fit.points.push_back({to_eigen(outliers[i]), in[i] ? target : -target, 1,
-                          in[i] ? FitPoint::Rule::kInside : FitPoint::Rule::kOutside});
+    fit.points.push_back({to_eigen(outliers[i]), is_inside[i] ? target : -target, /*weight=*/1,
+                          is_inside[i] ? FitPoint::Rule::kInside : FitPoint::Rule::kOutside});
   }
   return outliers.size();
 }
 
-/// Computes the half extents along the axes of the ellipsoid where w - (x - c)^T A (x - c) >= 0.
+/// Computes the half extents, along the coordinate axes, of a ball's ellipsoid, in which
+/// (x - c)^T A (x - c) <= w, with A = Ball::a * Ball::shape.
 Vector3d half_extents(const Ball& ball, double w) {
   const auto& s = ball.shape;
   Matrix3d a;
@@ -425,12 +446,13 @@ bool extends_beyond(const std::vector<Ball>& balls, const Box& box) {
   };
   for (const Ball& ball : balls)
     if (ball.w > 0 && is_outside(ball.center)) return true;
+  // Test a lattice of points on each of the six sides; f has coordinates from 0 to 1.
   for (int i = 0; i <= kSteps; ++i)
     for (int k = 0; k <= kSteps; ++k) {
       const float s = static_cast<float>(i) / kSteps, t = static_cast<float>(k) / kSteps;
       for (const float side : {0.0f, 1.0f})
-        for (const Vec3 at : {Vec3{side, s, t}, Vec3{s, side, t}, Vec3{s, t, side}})
-          if (is_inside_surface(wide.low + Vec3{at.x * size.x, at.y * size.y, at.z * size.z}))
+        for (const Vec3 f : {Vec3{side, s, t}, Vec3{s, side, t}, Vec3{s, t, side}})
+          if (is_inside_surface(wide.low + Vec3{f.x * size.x, f.y * size.y, f.z * size.z}))
             return true;
     }
   return false;
@@ -440,7 +462,7 @@ bool extends_beyond(const std::vector<Ball>& balls, const Box& box) {
 
 std::vector<Ball> move_into_box(std::vector<Ball> balls, const Box& box) {
   constexpr double kMargin = 0.01;          // fraction of the diagonal
-  constexpr double kNeighbourWeight = 1.4;  // ln 4: neighbouring balls make a ball larger
+  constexpr double kNeighbourWeight = 1.4;  // ln 4: neighbours make the field 4 times a ball's own
   if (!extends_beyond(balls, box)) return balls;
   const Vector3d low = to_eigen(box.low), high = to_eigen(box.high);
   const auto diagonal = static_cast<double>(box.diagonal());
@@ -495,18 +517,19 @@ Result<FitResult> fit_balls(const Model& model, const InsideTest& inside,
   fit.inactive = make_free_points(samples, inside, box);
   activate_wrong_points(fit);
   evaluate(fit.balls, fit, fit.rows);
+  constexpr int kActivationInterval = 4, kPassSteps = 4;  // Levenberg-Marquardt steps
   // Rounds of steps, each but the last followed by moves of balls.
   FitResult result;
   std::vector<FitBall> best;  // the best so far: a round may increase the cost
   for (int round = 0; round <= settings.rounds; ++round) {
     const int end = settings.iterations * (round + 1) / (settings.rounds + 1);
     for (int i = 1; result.iterations < end && improve(fit); ++i, ++result.iterations) {
-      if (i % 4 == 0) {
+      if (i % kActivationInterval == 0) {
         activate_wrong_points(fit);
         evaluate_added(fit);
       }
     }
-    result.iterations = end;
+    result.iterations = end;  // also if no damping reduced the cost
     activate_wrong_points(fit);
     evaluate_added(fit);
     if (!best.empty()) {
@@ -520,7 +543,7 @@ Result<FitResult> fit_balls(const Model& model, const InsideTest& inside,
     if (round == settings.rounds) break;
     move_balls(fit, samples, /*max_fraction=*/0.08);
     activate_wrong_points(fit);
-    fit.damping = 1e-2;
+    fit.damping = kStartDamping;
     evaluate(fit.balls, fit, fit.rows);
   }
   // Passes: constrain points of the surface far from the model, and continue the fit.
@@ -529,8 +552,8 @@ Result<FitResult> fit_balls(const Model& model, const InsideTest& inside,
     PM_TRY(const std::size_t outliers, add_outlier_constraints(fit, boundary, inside));
     if (outliers == 0) break;
     evaluate_added(fit);
-    fit.damping = 1e-2;
-    for (int i = 0; i < 4 && improve(fit); ++i) ++result.iterations;
+    fit.damping = kStartDamping;
+    for (int i = 0; i < kPassSteps && improve(fit); ++i) ++result.iterations;
   }
   result.rms = compute_surface_rms(fit);
   result.balls = to_balls(fit);

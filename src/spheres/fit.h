@@ -2,7 +2,6 @@
 // solid's boundary.
 #pragma once
 
-#include <cstddef>
 #include <vector>
 
 #include "base/box.h"
@@ -46,9 +45,9 @@ Result<FitResult> refit_balls(const Model& model, const InsideTest& inside,
                               const std::vector<BoundarySample>& samples,
                               const std::vector<Ball>& balls, const FitSettings& settings);
 
-/// Moves and shrinks balls that reach beyond the box, but only if their surface reaches further
-/// than 0.08 of the diagonal beyond it. A fit diverges like this if faces disagree about what is
-/// inside; the fit of a sound model stays far within this limit.
+/// Moves and shrinks balls that extend beyond the box, but only if the surface of all balls extends
+/// beyond it by more than 0.08 of its diagonal. A fit diverges like this if faces disagree about
+/// what is inside; the fit of a sound model stays far within this limit.
 std::vector<Ball> move_into_box(std::vector<Ball> balls, const Box& box);
 
 }  // namespace polymorph

@@ -71,8 +71,8 @@ class GroupBalls {
   std::size_t size() const { return indices.size(); }
 
  private:
-  /// Sets bounds of the logarithms of the balls' contributions within the radius; returns the
-  /// largest lower one.
+  /// Sets bounds of the logarithm of each ball's contribution within `radius` of `middle`; returns
+  /// the largest lower bound. Within the radius, |root (x - center)| changes by at most `extent`.
   double find_bounds(const BallArrays& all, const Vector3d& middle, double radius) {
     const std::size_t count = all.w.size();
     upper_bounds_.resize(count);
@@ -106,37 +106,37 @@ class GroupBalls {
 
 /// A point's residual and loss.
 struct Loss {
-  double distance = 0;  ///< psi / steepness - target
-  double weight = 0;    ///< weight of its square, including Huber's loss (reweighted least squares)
-  double cost = 0;      ///< Huber's loss
+  double difference = 0;  ///< psi / steepness - target
+  double weight = 0;      ///< weight of `difference` squared that represents Huber's loss (IRLS)
+  double cost = 0;        ///< Huber's loss
 };
 
 Loss compute_loss(const FitPoint& point, double psi, double steepness, double length) {
   Loss loss;
-  loss.distance = psi / steepness - point.target;
+  loss.difference = psi / steepness - point.target;
   double weight = point.weight;
   switch (point.rule) {
     case FitPoint::Rule::kSurface:
       break;
     case FitPoint::Rule::kInside:
-      if (loss.distance > 0) weight = 0;
+      if (loss.difference > 0) weight = 0;
       break;
     case FitPoint::Rule::kOutside:
-      if (loss.distance < 0) weight = 0;
+      if (loss.difference < 0) weight = 0;
       break;
     case FitPoint::Rule::kOffset:
       // A field steeper than a distance is harmless; a flatter one means that a second sheet is
       // near.
-      if (loss.distance * point.target > 0) weight *= 0.2;
+      if (loss.difference * point.target > 0) weight *= 0.2;
       break;
   }
-  const double huber = 0.01 * length, size = std::abs(loss.distance);
+  const double huber = 0.01 * length, size = std::abs(loss.difference);
   loss.cost = weight * (size <= huber ? size * size : huber * (2 * size - huber));
   loss.weight = weight * (size <= huber ? 1 : huber / size);
   return loss;
 }
 
-/// Number of points that are evaluated at the same time, by the operations of a point alone.
+/// Number of points that are evaluated at the same time. Each has the bits that it has alone.
 constexpr std::size_t kLanes = 4;
 
 /// Values of a ball at kLanes points: u = root (x - center), and q, the ball's fraction of the
@@ -145,12 +145,14 @@ struct BallTerms {
   FourDoubles u[3], q;
 };
 
-/// kLanes points of a group, and the values of its balls there. Reused like GroupBalls.
+/// kLanes points of a group, and the values of its balls there. Like GroupBalls, one object is
+/// reused for many groups.
 struct PointTerms {
   FourDoubles position[3];
   std::vector<BallTerms> balls;
-  FourDoubles top, psi;
-  FourDoubles half[3];  ///< grad psi / -2
+  FourDoubles top;               ///< largest logarithm of a ball's contribution
+  FourDoubles psi;               ///< ln of the field
+  FourDoubles half_gradient[3];  ///< grad psi / -2
 
   /// Sets the positions of `count` points; unused lanes repeat the last one.
   void set_points(const FitPoint* points, std::size_t count) {
@@ -160,30 +162,35 @@ struct PointTerms {
   }
 };
 
+/// Values of a ball at one point: those of BallTerms, and slope = root^T u. The gradient of the
+/// logarithm of the ball's contribution is -2 slope.
 struct Term {
   double q = 0;
-  Vector3d u, slope;  // slope = root^T u
+  Vector3d u, slope;
 };
 
 /// Calls f(group, points, count, balls, terms) for all groups from `first` on, in parallel.
+/// `points` has the group's `count` points, `balls` its GroupBalls; `terms` is memory for their
+/// values.
 template <class F>
 void for_each_group(const std::vector<FitBall>& balls, const std::vector<FitPoint>& points,
                     std::size_t first, const F& f) {
   const BallArrays arrays(balls);
   const std::size_t groups = (points.size() + kGroupSize - 1) / kGroupSize;
-  parallel_ranges(
-      static_cast<std::int64_t>(groups - first), 8, [&](std::int64_t begin, std::int64_t end) {
-        GroupBalls near;
-        PointTerms terms;
-        for (std::int64_t k = begin; k < end; ++k) {
-          const std::size_t g = first + static_cast<std::size_t>(k);
-          const FitPoint* at = points.data() + g * kGroupSize;
-          const std::size_t count = std::min(kGroupSize, points.size() - g * kGroupSize);
-          near.collect(arrays, at, count);
-          terms.balls.resize(near.size());
-          f(g, at, count, near, terms);
-        }
-      });
+  parallel_ranges(static_cast<std::int64_t>(groups - first), /*grain=*/8,
+                  [&](std::int64_t begin, std::int64_t end) {
+                    GroupBalls near;
+                    PointTerms terms;
+                    for (std::int64_t k = begin; k < end; ++k) {
+                      const std::size_t g = first + static_cast<std::size_t>(k);
+                      const FitPoint* at = points.data() + g * kGroupSize;
+                      const std::size_t count =
+                          std::min(kGroupSize, points.size() - g * kGroupSize);
+                      near.collect(arrays, at, count);
+                      terms.balls.resize(near.size());
+                      f(g, at, count, near, terms);
+                    }
+                  });
 }
 
 /// The entries of one group's rows.
@@ -192,7 +199,8 @@ struct GroupRows {
   std::vector<float> weights, derivatives;
 };
 
-/// Computes e^x for x <= 0; values below -50 count as -50 (base/exact_math.h).
+/// Computes e^x for x <= 0 by the steps of exact::exp() (base/exact_math.h); values below -50 count
+/// as -50.
 inline FourDoubles exponentiate(FourDoubles x) {
   const FourDoubles a = x > -50.0 ? x : FourDoubles{} - 50.0;
   const FourDoubles shifted = a * (1 / exact::kLn2) + 0x1.8p52, n = shifted - 0x1.8p52;
@@ -213,7 +221,7 @@ inline FourDoubles exponentiate(FourDoubles x) {
                                     (std::bit_cast<FourIntegers>(shifted) << 52));
 }
 
-/// Sums over the balls of a group, in four partial sums.
+/// Sum over the balls of a group. Its four partial sums do not wait for each other.
 struct FourSums {
   FourDoubles partial[4] = {};
   void add(std::size_t ball, FourDoubles value) { partial[ball % 4] += value; }
@@ -263,29 +271,30 @@ struct PointGradient {
   double steepness = 1, ratio = 0, scale = 1;
 };
 /// Computes the derivatives of scale psi / g with respect to (w, c, D), one per parameter of the
-/// ball. With t = w - u^2, dg = q (dt (-2 slope . direction - g) + direction . d(-2 slope));
-/// `along` = root direction, and put() takes dt and direction . d(-2 slope).
+/// ball. Let d be the derivative with respect to a parameter, and t = w - |u|^2. Then d psi = q dt
+/// and dg = q (dt (-2 slope . direction - g) + direction . d(-2 slope)). put() takes dt and
+/// direction . d(-2 slope).
 void derive(const Term& term, const FitBall& ball, const PointGradient& at,
             std::span<float> derivatives) {
   float* out = derivatives.data();
   const double factor = at.scale * term.q / at.steepness;
-  const Vector3d along = ball.root * at.direction;
+  const Vector3d root_direction = ball.root * at.direction;
   const double t_factor = 1 - at.ratio * (-2 * term.slope.dot(at.direction) - at.steepness);
   const auto put = [&](double value_derivative, double slope_derivative) {
     *out++ =
         static_cast<float>(factor * (t_factor * value_derivative - at.ratio * slope_derivative));
   };
   put(1, 0);
-  const Vector3d rotated_direction = ball.root.transpose() * along;
-  for (int i = 0; i < 3; ++i) put(2 * term.slope[i], 2 * rotated_direction[i]);
+  const Vector3d shape_direction = ball.root.transpose() * root_direction;
+  for (int i = 0; i < 3; ++i) put(2 * term.slope[i], 2 * shape_direction[i]);
   const Vector3d& u = term.u;
   if (derivatives.size() == std::size_t{kRoundParameters}) {
-    put(-u.squaredNorm(), -2 * along.dot(u));
+    put(-u.squaredNorm(), -2 * root_direction.dot(u));
     return;
   }
-  for (int i = 0; i < 3; ++i) put(-u[i] * u[i], -2 * along[i] * u[i]);
+  for (int i = 0; i < 3; ++i) put(-u[i] * u[i], -2 * root_direction[i] * u[i]);
   for (const auto& [i, j] : {std::pair{0, 1}, {0, 2}, {1, 2}})
-    put(-2 * u[i] * u[j], -2 * (along[i] * u[j] + along[j] * u[i]));
+    put(-2 * u[i] * u[j], -2 * (root_direction[i] * u[j] + root_direction[j] * u[i]));
 }
 
 /// Computes grad psi / -2.
@@ -298,7 +307,7 @@ void compute_half_gradients(const GroupBalls& group, PointTerms& at) {
       sums[c].add(k,
                   terms.q * (r[0][c] * terms.u[0] + r[1][c] * terms.u[1] + r[2][c] * terms.u[2]));
   }
-  for (std::size_t c = 0; c < 3; ++c) at.half[c] = sums[c].total();
+  for (std::size_t c = 0; c < 3; ++c) at.half_gradient[c] = sums[c].total();
 }
 
 /// The balls near a group of points, and the other inputs of the points' rows.
@@ -309,44 +318,47 @@ struct PointBalls {
   int parameters;  ///< per ball
 };
 
-/// Writes the per-point values of point p, which is a lane of `terms`, to `rows`, and appends its
-/// entries, those of the balls `taken`, to `entries`. Returns its cost.
+/// Writes the per-point values of point p, whose values are in a lane of `terms`, to `rows`.
+/// Appends an entry for each of the balls `taken` to `entries`. Returns the point's cost.
 double add_row(std::size_t p, const FitPoint& point, const PointBalls& at, const PointTerms& terms,
                std::size_t lane, const std::vector<std::uint32_t>& taken, FitRows& rows,
                GroupRows& entries) {
   const auto& [all, group, length, parameters] = at;
   const double psi = terms.psi[lane];
-  const Vector3d half(terms.half[0][lane], terms.half[1][lane], terms.half[2][lane]);
-  const double slope = 2 * half.norm();
-  const double steepness = std::max(slope, 0.5 / length);
+  const Vector3d half_gradient(terms.half_gradient[0][lane], terms.half_gradient[1][lane],
+                               terms.half_gradient[2][lane]);
+  const double gradient_norm = 2 * half_gradient.norm();
+  const double steepness = std::max(gradient_norm, 0.5 / length);
   const Loss loss = compute_loss(point, psi, steepness, length);
   const double scale = std::sqrt(loss.weight);
-  rows.residuals[p] = scale * loss.distance;
+  rows.residuals[p] = scale * loss.difference;
   rows.psi[p] = psi;
   rows.steepness[p] = steepness;
-  PointGradient gradient{-2 * half / std::max(slope, 1e-300), steepness, 0, scale};
-  if (slope == steepness) gradient.ratio = psi / steepness;
+  PointGradient gradient{-2 * half_gradient / std::max(gradient_norm, 1e-300), steepness,
+                         /*ratio=*/0, scale};
+  if (gradient_norm == steepness) gradient.ratio = psi / steepness;
   const std::size_t first_entry = entries.balls.size();
-  const auto numbers = static_cast<std::size_t>(parameters);
+  const auto stride = static_cast<std::size_t>(parameters);
   if (scale > 0) {
-    entries.derivatives.resize((first_entry + taken.size()) * numbers);
+    entries.derivatives.resize((first_entry + taken.size()) * stride);
     for (const std::uint32_t k : taken) {
       const std::uint32_t index = group.indices[k];
       const BallTerms& values = terms.balls[k];
       Term term{values.q[lane], {values.u[0][lane], values.u[1][lane], values.u[2][lane]}, {}};
       term.slope.noalias() = all[index].root.transpose() * term.u;
       derive(term, all[index], gradient,
-             std::span(entries.derivatives).subspan(entries.balls.size() * numbers, numbers));
+             std::span(entries.derivatives).subspan(entries.balls.size() * stride, stride));
       entries.balls.push_back(index);
       entries.weights.push_back(static_cast<float>(term.q));
     }
   }
-  // For now a count; add_fit_rows() adds up the counts.
+  // This is a count until add_fit_rows() adds up the counts.
   rows.begins[p + 1] = static_cast<std::uint32_t>(entries.balls.size() - first_entry);
   return loss.cost;
 }
 
-/// Lists, for each lane, the balls that J has: those with at least a small fraction of the field.
+/// Lists, for each lane, the balls that get an entry of J: those with at least kMinWeight of the
+/// field.
 void list_balls(const PointTerms& terms, std::vector<std::uint32_t> (&taken)[kLanes]) {
   constexpr double kMinWeight = 5e-3;
   for (auto& list : taken) list.clear();
@@ -363,7 +375,8 @@ void add_fit_rows(const std::vector<FitBall>& balls, const std::vector<FitPoint>
                   double length, int parameters, FitRows& rows) {
   // The last group, if it was not full, is evaluated again, because its list of balls depends on
   // all its points.
-  const std::size_t first = rows.psi.size() / kGroupSize, first_point = first * kGroupSize;
+  const std::size_t first_group = rows.psi.size() / kGroupSize,
+                    first_point = first_group * kGroupSize;
   const std::size_t groups = (points.size() + kGroupSize - 1) / kGroupSize;
   rows.begins.resize(points.size() + 1);
   rows.balls.resize(rows.begins[first_point]);
@@ -371,12 +384,12 @@ void add_fit_rows(const std::vector<FitBall>& balls, const std::vector<FitPoint>
   rows.derivatives.resize(rows.begins[first_point] * static_cast<std::size_t>(parameters));
   for (auto* values : {&rows.residuals, &rows.psi, &rows.steepness}) values->resize(points.size());
   rows.group_costs.resize(groups);
-  std::vector<GroupRows> group_rows(groups - first);
+  std::vector<GroupRows> group_rows(groups - first_group);
   for_each_group(
-      balls, points, first,
+      balls, points, first_group,
       [&](std::size_t g, const FitPoint* at, std::size_t count, const GroupBalls& near,
           PointTerms& terms) {
-        GroupRows& entries = group_rows[g - first];
+        GroupRows& entries = group_rows[g - first_group];
         constexpr std::size_t kTypicalEntries = 12;  // per point; reserves memory
         entries.balls.reserve(kTypicalEntries * count);
         entries.weights.reserve(kTypicalEntries * count);
@@ -399,10 +412,10 @@ void add_fit_rows(const std::vector<FitBall>& balls, const std::vector<FitPoint>
   // Append the groups' entries.
   std::vector<std::size_t> ends{rows.balls.size()};
   for (const GroupRows& group : group_rows) ends.push_back(ends.back() + group.balls.size());
-  const auto numbers = static_cast<std::size_t>(parameters);
+  const auto stride = static_cast<std::size_t>(parameters);
   rows.balls.resize(ends.back());
   rows.weights.resize(ends.back());
-  rows.derivatives.resize(ends.back() * numbers);
+  rows.derivatives.resize(ends.back() * stride);
   parallel_for(
       static_cast<std::int64_t>(group_rows.size()),
       [&](std::int64_t k) {
@@ -413,9 +426,9 @@ void add_fit_rows(const std::vector<FitBall>& balls, const std::vector<FitPoint>
         };
         copy(group_rows[g].balls, rows.balls, 1);
         copy(group_rows[g].weights, rows.weights, 1);
-        copy(group_rows[g].derivatives, rows.derivatives, numbers);
+        copy(group_rows[g].derivatives, rows.derivatives, stride);
       },
-      16);
+      /*grain=*/16);
   for (std::size_t p = first_point; p < points.size(); ++p) rows.begins[p + 1] += rows.begins[p];
   rows.cost = 0;
   for (const double cost : rows.group_costs) rows.cost += cost;  // in a fixed order
@@ -431,7 +444,7 @@ FitRows make_fit_rows(const std::vector<FitBall>& balls, const std::vector<FitPo
 std::vector<std::uint8_t> test_inside_field(const std::vector<FitBall>& balls,
                                             const std::vector<FitPoint>& points) {
   std::vector<std::uint8_t> inside(points.size());
-  for_each_group(balls, points, 0,
+  for_each_group(balls, points, /*first=*/0,
                  [&](std::size_t g, const FitPoint* at, std::size_t count, const GroupBalls& near,
                      PointTerms& terms) {
                    // psi = top + ln(sum), and the sum is between 1 and the number of balls.

@@ -29,7 +29,7 @@ struct FitPoint {
     kSurface,  ///< equal to the target
     kInside,   ///< not below the target
     kOutside,  ///< not above the target
-    /// Equal to the target, but with a low weight where the field falls faster than a distance.
+    /// Equal to the target, but with a lower weight where the distance is further from 0.
     kOffset,
   };
   Eigen::Vector3d point;
@@ -48,7 +48,7 @@ struct FitRows {
   std::vector<std::uint32_t> balls;         ///< ball index per entry
   std::vector<float> weights;               ///< per entry, the ball's fraction of the field
   std::vector<float> derivatives;   ///< `parameters` values per entry, times the root of the weight
-  std::vector<double> group_costs;  ///< sums over 32 points each; their sum is `cost`
+  std::vector<double> group_costs;  ///< loss of each group of 32 points; their sum is `cost`
   double cost = 0;                  ///< sum of Huber's loss
 
   /// Clears everything but keeps the memory.

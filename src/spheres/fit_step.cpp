@@ -1,7 +1,6 @@
 #include "spheres/fit_step.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <utility>
 
@@ -24,7 +23,7 @@ struct EntriesByBall {
       : begins(ball_count + 1, 0), points(rows.balls.size()), derivatives(rows.derivatives.size()) {
     // A counting sort in chunks of points: each chunk counts its entries of each ball, which gives
     // the slots that it writes to.
-    constexpr std::size_t kChunks = 16;
+    constexpr std::size_t kChunks = 16;  // fixed: any number of threads gives the same order
     const std::size_t point_count = rows.begins.size() - 1;
     const auto for_each_entry = [&](std::size_t chunk, const auto& f) {
       const std::size_t end = point_count * (chunk + 1) / kChunks;
@@ -80,7 +79,7 @@ class Solver {
           for (int row = 0; row < kParameters; ++row)
             block.data()[column * kParameters + row] += d[row] * d[column];
       }
-      // The added floor keeps parameters unchanged on which no residual depends.
+      // The two small terms keep the matrix regular where no residual depends on a parameter.
       const Column damped = damping * (block.diagonal().array() + 1e-9 * block.trace() + 1e-12);
       block.diagonal() += damped;
       Eigen::Map<Column>(diagonal_.data() + b * kParameters) = damped;
@@ -92,19 +91,20 @@ class Solver {
     constexpr int kMaxSteps = 25;
     // Relative to the residual: the step is damped and clamped anyway.
     constexpr double kTolerance = 0.1;
-    Vector negative(rows_.residuals.size());
-    for (std::size_t i = 0; i < negative.size(); ++i) negative[i] = -rows_.residuals[i];
-    Vector residual = transposed_times(negative);
+    Vector negated_residuals(rows_.residuals.size());
+    for (std::size_t i = 0; i < negated_residuals.size(); ++i)
+      negated_residuals[i] = -rows_.residuals[i];
+    Vector residual = transposed_times(negated_residuals);
     Vector step(residual.size(), 0.0), z = precondition(residual), direction = z;
     double rho = dot(residual, z);
     const double max_rho = kTolerance * kTolerance * rho;
     for (int k = 0; k < kMaxSteps && rho > max_rho && rho > 0; ++k) {
-      Vector image = transposed_times(times(direction));
-      for (std::size_t i = 0; i < image.size(); ++i) image[i] += diagonal_[i] * direction[i];
-      const double alpha = rho / dot(direction, image);
+      Vector product = transposed_times(times(direction));
+      for (std::size_t i = 0; i < product.size(); ++i) product[i] += diagonal_[i] * direction[i];
+      const double alpha = rho / dot(direction, product);
       for (std::size_t i = 0; i < step.size(); ++i) {
         step[i] += alpha * direction[i];
-        residual[i] -= alpha * image[i];
+        residual[i] -= alpha * product[i];
       }
       z = precondition(residual);
       const double next = dot(residual, z);
@@ -119,7 +119,7 @@ class Solver {
   void for_each_ball(const F& f) const {
     parallel_for(
         static_cast<std::int64_t>(ball_count_),
-        [&](std::int64_t b) { f(static_cast<std::size_t>(b)); }, 8);
+        [&](std::int64_t b) { f(static_cast<std::size_t>(b)); }, /*grain=*/8);
   }
   Derivatives derivatives(std::uint32_t entry) const {
     return Derivatives(rows_.derivatives.data() + static_cast<std::size_t>(entry) * kParameters);
@@ -129,25 +129,27 @@ class Solver {
     for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
     return sum;
   }
+  /// Computes J v.
   Vector times(const Vector& v) const {
     // Single precision suffices, as for J itself: the step is damped and clamped anyway.
     const std::vector<float> single(v.begin(), v.end());
-    Vector image(rows_.residuals.size());
+    Vector product(rows_.residuals.size());
     parallel_for(
-        static_cast<std::int64_t>(image.size()),
+        static_cast<std::int64_t>(product.size()),
         [&](std::int64_t k) {
           const auto p = static_cast<std::size_t>(k);
           float sum = 0;
           for (std::uint32_t e = rows_.begins[p]; e < rows_.begins[p + 1]; ++e)
             sum += derivatives(e).dot(
                 Derivatives(single.data() + std::size_t{rows_.balls[e]} * kParameters));
-          image[p] = static_cast<double>(sum);
+          product[p] = static_cast<double>(sum);
         },
-        1024);
-    return image;
+        /*grain=*/1024);
+    return product;
   }
+  /// Computes J^T r.
   Vector transposed_times(const Vector& r) const {
-    Vector image(ball_count_ * kParameters);
+    Vector product(ball_count_ * kParameters);
     for_each_ball([&](std::size_t b) {
       double sum[kParameters] = {};
       for (std::uint32_t i = by_ball_.begins[b]; i < by_ball_.begins[b + 1]; ++i) {
@@ -155,9 +157,9 @@ class Solver {
         const float* d = by_ball_.at(i);
         for (int k = 0; k < kParameters; ++k) sum[k] += value * static_cast<double>(d[k]);
       }
-      std::copy_n(sum, kParameters, image.begin() + static_cast<std::ptrdiff_t>(b * kParameters));
+      std::copy_n(sum, kParameters, product.begin() + static_cast<std::ptrdiff_t>(b * kParameters));
     });
-    return image;
+    return product;
   }
   Vector precondition(const Vector& r) const {
     Vector z(r.size());
@@ -171,7 +173,7 @@ class Solver {
   const FitRows& rows_;
   EntriesByBall<kParameters> by_ball_;
   std::size_t ball_count_;
-  Vector diagonal_;            // added to J^T J by damping
+  Vector diagonal_;            // what damping adds to the diagonal of J^T J
   std::vector<Block> blocks_;  // preconditioner: inverses of the damped matrix's diagonal blocks
 };
 

@@ -1,9 +1,8 @@
 #include "spheres/hubbard.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
-#include <numeric>
 #include <queue>
 #include <tuple>
 #include <unordered_set>
@@ -29,7 +28,7 @@ constexpr double kTolerance = 1e-5;
 struct Cluster {
   Vec3d center;
   double clearance = 0;               ///< distance from the centre to the nearest sample
-  double radius = 0;                  ///< distance from the centre to the furthest of `points`
+  double radius = 0;                  ///< distance to the furthest of `points`, at least clearance
   std::vector<std::uint32_t> points;  ///< each sample belongs to one active cluster
   /// The two clusters that it replaces; kNone for a ball of the diagram.
   std::array<std::uint32_t, 2> merged{kNone, kNone};
@@ -45,13 +44,15 @@ struct Merge {
   }
 };
 
+/// The clusters, as a forest of their merges, and a heap of the pairs that may be merged next.
 class Merger {
  public:
   Merger(std::vector<Vec3d> points, double tolerance)
       : points_(std::move(points)), tolerance_(tolerance) {}
 
+  /// Adds a cluster without samples; returns its index.
   std::uint32_t add(Vec3d center, double clearance) {
-    clusters_.push_back({center, clearance, clearance, {}, {kNone, kNone}});
+    clusters_.push_back({center, clearance, clearance, /*points=*/{}, {kNone, kNone}});
     parent_.push_back(static_cast<std::uint32_t>(parent_.size()));
     ++active_count_;
     return parent_.back();
@@ -63,15 +64,17 @@ class Merger {
   }
   /// Adds pairs (a < b) that may be merged.
   void add_pairs(std::vector<std::array<std::uint32_t, 2>> pairs);
-  /// Merges until `count` clusters are left (or one).
+  /// Merges until `count` active clusters are left, but at least one.
   void merge_down_to(std::size_t count);
 
+  /// Tests whether the cluster has not been merged into another one.
   bool is_active(std::uint32_t cluster) const { return parent_[cluster] == cluster; }
   const std::vector<Cluster>& clusters() const { return clusters_; }
   const std::vector<Vec3d>& points() const { return points_; }
 
  private:
   Cluster merge(std::uint32_t a, std::uint32_t b) const;
+  /// Returns the active cluster that contains `cluster`.
   std::uint32_t find_root(std::uint32_t cluster);
   void add_nearest_pairs();
 
@@ -90,7 +93,8 @@ class Merger {
 /// nearer to its centre than the clearance.
 double bound_overhang(const Cluster& c) { return c.radius - c.clearance; }
 
-/// Merges two clusters around the centre of either, whichever protrudes less.
+/// Merges two clusters around the centre of the one whose ball protrudes less. The result has no
+/// points yet: merge_down_to() adds them if it accepts the merge.
 Cluster Merger::merge(std::uint32_t a, std::uint32_t b) const {
   Cluster best;
   double smallest = INFINITY;
@@ -101,7 +105,7 @@ Cluster Merger::merge(std::uint32_t a, std::uint32_t b) const {
       const Vec3d r = points_[i] - c.center;
       radius2 = std::max(radius2, dot(r, r));
     }
-    const Cluster candidate{c.center, c.clearance, std::sqrt(radius2), {}, {a, b}};
+    const Cluster candidate{c.center, c.clearance, std::sqrt(radius2), /*points=*/{}, {a, b}};
     if (bound_overhang(candidate) < smallest) {
       smallest = bound_overhang(candidate);
       best = candidate;
@@ -130,7 +134,7 @@ void Merger::add_nearest_pairs() {
   for (std::uint32_t i = 0; i < clusters_.size(); ++i)
     if (is_active(i)) active.push_back(i);
   std::vector<std::array<std::uint32_t, 2>> pairs;
-  std::vector<std::pair<double, std::uint32_t>> others;
+  std::vector<std::pair<double, std::uint32_t>> others;  // distance to the far end of a ball
   for (const std::uint32_t a : active) {
     others.clear();
     for (const std::uint32_t b : active)
@@ -176,7 +180,7 @@ void Merger::merge_down_to(std::size_t count) {
   }
 }
 
-/// Assigns each sample to its pole, the largest ball inside the model that it forms. A sample
+/// Assigns each sample to its pole, the largest ball inside the model that touches it. A sample
 /// without a pole, as on parts thinner than the samples' spacing, gets a ball of radius 0.
 Merger make_clusters(const std::vector<Tetrahedron>& tetrahedra,
                      const std::vector<std::uint8_t>& inside, std::vector<Vec3d> points,
@@ -246,7 +250,7 @@ std::vector<std::uint32_t> shrink_to_samples(std::vector<Sphere>& leaves,
             distance[k] = d;
           }
         },
-        64);
+        /*grain=*/64);
     std::vector<double> radius(leaves.size(), 0);
     for (std::size_t i = 0; i < points.size(); ++i)
       radius[owner[i]] = std::max(radius[owner[i]], distance[i]);
@@ -327,7 +331,7 @@ Result<SphereTree> build_hubbard_tree(const Model& model, const InsideTest& test
     points.emplace_back(samples[i].point);
     // Samples of flat sides are coplanar, which the diagram does not permit; an offset of 1e-7 of
     // the size is well below the samples' resolution.
-    const auto shift = [&](std::uint64_t axis) {
+    const auto shift = [&](std::uint64_t axis) {  // sample_surface() uses the streams 0 to 2
       return (static_cast<double>(random_float(settings.seed, 3 + axis, i)) - 0.5) * 2e-7 *
              diagonal;
     };

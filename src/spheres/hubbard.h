@@ -1,7 +1,6 @@
 // Sphere tree by merging the medial balls of a Voronoi diagram (Hubbard 1996).
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 
 #include "base/result.h"

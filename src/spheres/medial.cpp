@@ -48,7 +48,7 @@ Coverage compute_coverage(const std::vector<BoundarySample>& samples,
         const float radius = candidates[c].radius + dilation, radius2 = radius * radius;
         std::uint64_t* row = coverage.bits.data() + c * coverage.words;
         const Vec3 center = candidates[c].center;
-        constexpr std::size_t kCount = Lanes<Pack>::kCount;
+        constexpr std::size_t kCount = Lanes<Pack>::kCount;  // divides 64
         for (std::size_t i = 0; i < x.size(); i += kCount) {
           const Pack dx = Lanes<Pack>::load(&x[i]) - center.x,
                      dy = Lanes<Pack>::load(&y[i]) - center.y,
@@ -57,7 +57,7 @@ Coverage compute_coverage(const std::vector<BoundarySample>& samples,
           row[i / 64] |= covered << (i % 64);
         }
       },
-      16);
+      /*grain=*/16);
   return coverage;
 }
 
@@ -88,7 +88,7 @@ std::vector<std::size_t> greedy_cover(const Coverage& coverage, std::size_t cand
   while (chosen.size() < max_count && !queue.empty()) {
     Entry top = queue.top();
     queue.pop();
-    if (top.gain == 0) break;
+    if (top.gain == 0) break;  // all samples are covered
     const std::size_t gain = compute_gain(top.candidate);
     if (gain < top.gain) {
       queue.push({gain, top.candidate});
@@ -103,10 +103,12 @@ std::vector<std::size_t> greedy_cover(const Coverage& coverage, std::size_t cand
 
 }  // namespace
 
-std::vector<Sphere> make_medial_cover(const std::vector<BoundarySample>& all, std::size_t count) {
-  if (all.empty() || count == 0) return {};
+std::vector<Sphere> make_medial_cover(const std::vector<BoundarySample>& all_samples,
+                                      std::size_t count) {
+  constexpr int kBisectionSteps = 8;  // of the logarithm of the dilation
+  if (all_samples.empty() || count == 0) return {};
   const std::vector<BoundarySample> samples =
-      select_evenly(all, std::clamp<std::size_t>(12 * count, 3000, 12000));
+      select_evenly(all_samples, std::clamp<std::size_t>(12 * count, 3000, 12000));
   std::vector<Sphere> candidates;  // one per sample
   float largest = 0;
   for (const BoundarySample& s : samples) {
@@ -117,10 +119,10 @@ std::vector<Sphere> make_medial_cover(const std::vector<BoundarySample>& all, st
   // which cover the fewest samples, are dropped, so that exactly `count` remain.
   float low = 1e-4f * largest, high = largest;
   std::vector<std::size_t> best = greedy_cover(compute_coverage(samples, candidates, low),
-                                               samples.size(), samples.size(), count + 1);
-  for (int step = 0; step < 8 && best.size() > count; ++step) {
+                                               candidates.size(), samples.size(), count + 1);
+  for (int step = 0; step < kBisectionSteps && best.size() > count; ++step) {
     const float dilation = std::sqrt(low * high);
-    auto chosen = greedy_cover(compute_coverage(samples, candidates, dilation), samples.size(),
+    auto chosen = greedy_cover(compute_coverage(samples, candidates, dilation), candidates.size(),
                                samples.size(), count + 1);
     if (chosen.size() > count) {
       low = dilation;
@@ -136,7 +138,7 @@ std::vector<Sphere> make_medial_cover(const std::vector<BoundarySample>& all, st
 }
 
 SphereTree build_medial_tree(const std::vector<BoundarySample>& samples, std::size_t count) {
-  std::vector<std::size_t> counts{count};
+  std::vector<std::size_t> counts{count};  // balls per level
   while (counts.back() > 8) counts.push_back(counts.back() / 8);
   std::reverse(counts.begin(), counts.end());
   SphereTree tree;
@@ -144,7 +146,7 @@ SphereTree build_medial_tree(const std::vector<BoundarySample>& samples, std::si
   for (std::size_t level = 0; level < counts.size(); ++level) {
     const bool finest = level + 1 == counts.size();
     for (const Sphere& sphere : make_medial_cover(samples, counts[level])) {
-      SphereNode node{sphere, -1, static_cast<std::int16_t>(level), finest};
+      SphereNode node{sphere, /*parent=*/-1, static_cast<std::int16_t>(level), finest};
       float smallest = std::numeric_limits<float>::infinity();
       for (std::size_t p = parents_begin; p < parents_end; ++p) {
         const Sphere& parent = tree.nodes[p].sphere;

@@ -28,7 +28,7 @@ class Qhull {
   }
   ~Qhull() {
     qh_freeqhull(&state, !qh_ALL);
-    int long_blocks = 0, bytes = 0;
+    int long_blocks = 0, bytes = 0;  // outputs: memory that is still in use
     qh_memfreeshort(&state, &long_blocks, &bytes);
     if (messages_) std::fclose(messages_);
     std::free(text_);

@@ -21,7 +21,8 @@ struct Counts {
   std::size_t model = 0, field = 0, both = 0;
 };
 
-/// Points of a jittered lattice through the model's box and a margin; each represents `volume`.
+/// Points of a jittered lattice through the model's box and a margin. Each represents a cell of
+/// `volume`.
 struct Lattice {
   std::vector<Vec3> points;
   double volume = 0;
@@ -78,7 +79,7 @@ struct Distances {
 /// points.
 Distances measure_distances(const std::vector<Vec3>& points, const ClosestPointQuery& target,
                             double diagonal, std::size_t rms_count) {
-  Distances result{0, 0};
+  Distances result{/*rms=*/0, /*largest=*/0};
   const std::vector<ClosestPoint> closest = target.closest(points);
   for (std::size_t i = 0; i < closest.size(); ++i) {
     const double d = static_cast<double>(closest[i].distance) / diagonal;
@@ -161,9 +162,8 @@ std::string describe_fit(const ApproximationQuality& quality) {
 
 Result<double> hausdorff_distance(const Model& model, const std::vector<BoundarySample>& samples,
                                   const Approximation& approximation) {
-  // Without a fit the spheres themselves represent the model.
   const double diagonal = static_cast<double>(model.box().diagonal());
-  if (approximation.balls.empty()) {
+  if (approximation.balls.empty()) {  // no fit: the spheres themselves represent the model
     double largest = 0;
     const std::vector<Sphere> spheres = approximation.tree.leaves();
     for (const BoundarySample& s : samples) {
@@ -180,9 +180,10 @@ Result<double> hausdorff_distance(const Model& model, const std::vector<Boundary
          extract_surface(*engine, approximation.balls, model.box().diagonal() / 300, {}));
   if (mesh.triangles.empty()) return 1.0;
   const Distances forward =
-      measure_distances(mesh.positions, ClosestPointQuery(model), diagonal, 0);
+      measure_distances(mesh.positions, ClosestPointQuery(model), diagonal, /*rms_count=*/0);
   const Distances backward = measure_distances(
-      list_points(samples), ClosestPointQuery(mesh.positions, mesh.triangles), diagonal, 0);
+      list_points(samples), ClosestPointQuery(mesh.positions, mesh.triangles), diagonal,
+      /*rms_count=*/0);
   return std::max(forward.largest, backward.largest);
 }
 

@@ -1,7 +1,6 @@
 #include "spheres/spheres.h"
 
 #include <algorithm>
-#include <cmath>
 #include <memory>
 
 #include "base/log.h"
@@ -25,7 +24,7 @@
 namespace polymorph {
 namespace {
 
-constexpr int kFinestResolution = 9;  // 2^24 cells
+constexpr int kFinestResolution = 9;  // 2^8 cells per axis
 
 /// A model with its inside test, and with its boundary samples once sample_solid() has drawn them.
 struct Solid {
@@ -72,7 +71,7 @@ Result<std::vector<Ball>> match_volume(const Solid& solid, std::vector<Ball> bal
     PM_TRY(const Mesh mesh, extract_surface(*engine, balls, cell, extract));
     volume = volume_of(mesh) / std::max(ratio, 1e-6);
   }
-  if (!(volume > 0)) return balls;
+  if (!(volume > 0)) return balls;  // no level matches it
   PM_TRY(const float iso, iso_for_volume(*engine, balls, {volume, cell, extract}));
   return rescale_balls(std::move(balls), FieldKind::kGaussian, iso);
 }
@@ -103,12 +102,12 @@ Solid make_solid(const Model& shape, const Model& model, InsideMethod inside) {
   return {shape,
           inside == InsideMethod::kParity ? InsideTest(shape, InsideRule::kParity)
                                           : InsideTest(model, InsideRule::kWinding),
-          {}};
+          /*samples=*/{}};
 }
 
-/// Finds the smallest number of medial balls with an error of at most settings.error, by doubling
-/// and bisection. The distance is not strictly monotonic in the number, so the result is the
-/// minimum to within an eighth.
+/// Finds the smallest number of medial balls whose error (hausdorff_distance()) is at most
+/// settings.error, by doubling and bisection. The error is not strictly monotonic in the number, so
+/// the result is the minimum to within an eighth.
 Result<Approximation> approximate_to_error(Solid& solid, const SphereSettings& settings) {
   constexpr std::size_t kMaxBalls = 2048;
   struct Candidate {
@@ -145,8 +144,8 @@ Result<Approximation> approximate_to_error(Solid& solid, const SphereSettings& s
 }
 
 /// Makes a closed model around a shell's faces: the surface of its distances, extracted at the
-/// default resolution, or at half of it if `coarse`. It is as thick as such cells show without
-/// gaps.
+/// default resolution, or at half of it if `coarse`. Its thickness is the smallest that these cells
+/// show without gaps.
 Result<Model> thicken_shell(const Model& model, const InsideTest& inside, bool coarse) {
   const int resolution = SurfaceSettings{}.resolution;
   const auto cells = static_cast<float>(coarse ? resolution / 2 : resolution);
@@ -253,7 +252,7 @@ Result<std::vector<Ball>> refit(const Model& model, const SphereSettings& settin
   PM_TRY_STATUS(sample_solid(solid, balls.size(), /*coarse=*/true));
   FitSettings fit;
   fit.ellipsoids = settings.fit == FitKind::kEllipsoid;
-  fit.iterations = 6;
+  fit.iterations = 6;  // few steps, because the balls nearly fit
   PM_TRY(FitResult result, refit_balls(solid.model, solid.inside, solid.samples, balls, fit));
   PM_TRY(std::vector<Ball> fitted, match_volume(solid, std::move(result.balls)));
   return move_into_box(std::move(fitted), solid.model.box());
@@ -272,7 +271,8 @@ Result<std::vector<Ball>> make_unfitted_balls(const std::vector<Sphere>& spheres
     PM_TRY(balls, equalize_field(engine, std::move(balls), extract));
   }
   if (!field.match_volume || !(volume > 0)) return balls;
-  // At the level `start` a ball of infinite support has its sphere's radius for all constants.
+  // At the level `start`, the surface of a lone inverse-square ball has its sphere's radius,
+  // whatever the constants are.
   const bool compact = visit(field.kind, [](auto kind) { return decltype(kind)::kCompactSupport; });
   const float start = !compact ? field.blob_constant * field.magnitude / field.threshold : 1.0f;
   PM_TRY(const float iso, iso_for_volume(engine, balls, measure, start));

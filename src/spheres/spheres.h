@@ -3,9 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "base/result.h"
@@ -54,11 +52,11 @@ struct Approximation {
 /// - `hubbard`, `medial`: give settings.balls spheres; with an error > 0, `medial` gives the
 ///   smallest number of spheres with at most this error.
 ///
-/// Spheres of `octree` and `active` have the volumes of their cells; resolution 0 selects the
-/// finest one that gives at most 8000 spheres (with a fit: settings.balls). Fitted balls enclose
-/// the model's volume to 0.2 %. Errors (kInput): nothing of the model is inside, or too little for
-/// the method; the message says what to do. `proxy`, if given, is the result of make_solid_proxy()
-/// for the same arguments.
+/// Spheres of `octree` and `active` have the volumes of their cells. R is settings.resolution; 0
+/// selects the finest resolution that gives at most 8000 spheres (with a fit: settings.balls).
+/// Fitted balls enclose the model's volume to 0.2 %. Errors (kInput): nothing of the model is
+/// inside, or too little for the method; the message says what to do. `proxy`, if given, is the
+/// result of make_solid_proxy() for the same arguments.
 Result<Approximation> approximate(const Model& model, const SphereSettings& settings,
                                   const std::optional<Model>* proxy = nullptr);
 
@@ -94,14 +92,15 @@ bool is_cached(const Model& model, const SphereSettings& settings,
 /// none of them is set.
 std::filesystem::path default_cache_folder();
 
-/// Converts spheres to balls of the chosen field kind without a fit. With blobbiness B a Gaussian
-/// ball has a = B / R^2 and w = B (Blinn 1982: a lone ball's surface is at r = R); an
-/// inverse-square ball has w = blob_constant * magnitude * R^2 / threshold.
+/// Converts spheres to balls of the chosen field kind without a fit. For a sphere of radius R and
+/// blobbiness B, a Gaussian ball has a = B / R^2 and w = B (Blinn 1982: a lone ball's surface is at
+/// r = R). A Wyvill ball has a = 1 / (4 R^2) and w = 2 magnitude / threshold; an inverse-square
+/// ball has w = blob_constant * magnitude * R^2 / threshold.
 std::vector<Ball> convert_to_balls(const std::vector<Sphere>& spheres, const FieldSettings& field);
 
-/// Converts spheres to balls. If `field` asks for it, equalizes the field, and matches
-/// `measure.volume` (if positive) on a surface with cells of edge `measure.cell`. Errors: as
-/// extract_surface().
+/// Converts spheres to balls as convert_to_balls() does. If `field` asks for it, equalizes the
+/// field, and matches `measure.volume` (if positive) on a surface with cells of edge
+/// `measure.cell`. Errors: as extract_surface().
 Result<std::vector<Ball>> make_unfitted_balls(const std::vector<Sphere>& spheres,
                                               SphereMethod method, FieldSettings field,
                                               const VolumeMeasure& measure, Engine& engine);

@@ -166,7 +166,7 @@ std::optional<GltfKeys> read_keys(Accessors& accessors, const JsonValue& sampler
   keys.is_rotation = property == "rotation";
   // An element of the weights' accessor is one number, and a key has one element per morph target.
   const std::size_t element_width = keys.is_rotation ? 4 : property == "weights" ? 1 : 3;
-  auto seconds = accessors.numbers(sampler.get("input"), 1);
+  auto seconds = accessors.numbers(sampler.get("input"), /*width=*/1);
   auto numbers = accessors.numbers(sampler.get("output"), element_width);
   if (!seconds || !numbers || seconds->empty() || !std::is_sorted(seconds->begin(), seconds->end()))
     return std::nullopt;
@@ -295,7 +295,7 @@ GltfFile read_gltf(Assimp::IOSystem& system, const std::string& path, bool is_po
       const JsonValue& target = channel.get("target");
       const std::string& property = target.get("path").string;
       const auto node = read_index(target.get("node"));
-      if (!node || *node >= file.nodes.size()) continue;
+      if (!node || *node >= file.nodes.size()) continue;  // the format says: ignore the channel
       std::optional<GltfKeys> keys;
       if (property == "translation" || property == "rotation" || property == "scale" ||
           property == "weights")

@@ -267,7 +267,7 @@ void Builder::add_faces() {
           const auto i = static_cast<std::size_t>(index);
           outlines[i] = make_outline(scan_.faces[begin + i], first_corners[i]);
         },
-        16);
+        /*grain=*/16);
     for (std::size_t i = 0; i < count; ++i)
       add_face(scan_.faces[begin + i], std::move(outlines[i]));
   }

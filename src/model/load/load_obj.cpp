@@ -40,8 +40,8 @@ Result<LoadedModel> load_obj(const std::filesystem::path& path, const LoadObjSet
   PM_TRY(loaded.model, build_model(scan, mtls, path, loaded.warnings,
                                    settings.vertices ? &loaded.vertices : nullptr));
   if (settings.textures) {
-    PM_TRY_STATUS(
-        load_textures({path, scan, mtls, {}}, settings.strict, loaded.model, loaded.warnings));
+    PM_TRY_STATUS(load_textures({path, scan, mtls, /*embedded=*/{}}, settings.strict, loaded.model,
+                                loaded.warnings));
   }
   return loaded;
 }

@@ -120,13 +120,13 @@ double winding_number_of_others(const Model& model, const Topology& topology, st
     return Vec3d(model.points[model.triangles[t].v[k]]);
   };
   const std::size_t first = topology.shells[shell].first_triangle;
-  const Vec3d eye = (corner(first, 0) + corner(first, 1) + corner(first, 2)) * (1.0 / 3);
+  const Vec3d apex = (corner(first, 0) + corner(first, 1) + corner(first, 2)) * (1.0 / 3);
   double sum = 0;
   for (std::size_t t = 0; t < model.triangles.size(); ++t) {
     const std::uint32_t other = topology.shell_index[t];
     if (other == shell || !topology.shells[other].manifold) continue;
     const HalfAngle angle =
-        half_solid_angle(corner(t, 0) - eye, corner(t, 1) - eye, corner(t, 2) - eye);
+        half_solid_angle(corner(t, 0) - apex, corner(t, 1) - apex, corner(t, 2) - apex);
     sum += exact::atan2(angle.num, angle.den);
   }
   return sum / (2 * std::numbers::pi);  // half of the full solid angle, 4 pi

@@ -21,7 +21,7 @@ FaceSide classify_face(const Model& model, const Triangle& triangle, const Insid
   // The centroid, and three points near the corners.
   constexpr std::array<Vec3, 4> kBarycentric{
       {{1.f / 3, 1.f / 3, 1.f / 3}, {.8f, .1f, .1f}, {.1f, .8f, .1f}, {.1f, .1f, .8f}}};
-  std::array<Vec3, 2 * kBarycentric.size()> probes;  // in front of each point, then behind them
+  std::array<Vec3, 2 * kBarycentric.size()> probes;  // in front of all points, then behind them
   for (std::size_t i = 0; i < kBarycentric.size(); ++i) {
     const Vec3 w = kBarycentric[i], p = a * w.x + b * w.y + c * w.z;
     probes[i] = p + normal * step;
@@ -33,12 +33,13 @@ FaceSide classify_face(const Model& model, const Triangle& triangle, const Insid
     const double front = windings[i], back = windings[kBarycentric.size() + i];
     const double high = std::max(front, back), low = std::min(front, back);
     sheet += high < kDecidedWinding;
-    boundary += high >= kDecidedWinding && low < 0.5;
+    boundary += high >= kDecidedWinding && low < 0.5;  // below 0.5: outside (mesh/inside.h)
     hidden += low >= kDecidedWinding;
   }
-  if (boundary == 4) return FaceSide::kBoundary;
-  if (sheet == 4) return FaceSide::kSheet;
-  return hidden == 4 ? FaceSide::kHidden : FaceSide::kMixed;
+  constexpr int kTested = kBarycentric.size();
+  if (boundary == kTested) return FaceSide::kBoundary;
+  if (sheet == kTested) return FaceSide::kSheet;
+  return hidden == kTested ? FaceSide::kHidden : FaceSide::kMixed;
 }
 
 std::vector<FaceSide> classify_each(const Model& model, const InsideTest& inside, float step) {
@@ -49,7 +50,7 @@ std::vector<FaceSide> classify_each(const Model& model, const InsideTest& inside
         const auto t = static_cast<std::size_t>(index);
         sides[t] = classify_face(model, model.triangles[t], inside, step);
       },
-      64);
+      /*grain=*/64);
   return sides;
 }
 
@@ -73,7 +74,7 @@ std::vector<FaceSide> classify_faces(const Model& model, const InsideTest& insid
         const std::uint32_t nearest = closest.closest(middle).triangle;
         if (nearest != ClosestPoint::kNoTriangle) sides[t] = clustered_sides[nearest];
       },
-      64);
+      /*grain=*/64);
   return sides;
 }
 

@@ -140,33 +140,37 @@ double own_winding_number(const Model& model, const Components& components,
       static_cast<std::int64_t>(samples.size()),
       [&](std::int64_t index) {
         const auto i = static_cast<std::size_t>(index);
-        const std::uint32_t self = samples[i];
-        const Vec3d eye =
-            (corner(model, self, 0) + corner(model, self, 1) + corner(model, self, 2)) * (1.0 / 3);
+        const std::uint32_t sample = samples[i];
+        const Vec3d apex =
+            (corner(model, sample, 0) + corner(model, sample, 1) + corner(model, sample, 2)) *
+            (1.0 / 3);
         double sum = 0;
         for (const std::uint32_t t : faces) {
-          if (t == self) continue;
+          if (t == sample) continue;
           const HalfAngle angle = half_solid_angle(
-              corner(model, t, 0) - eye, corner(model, t, 1) - eye, corner(model, t, 2) - eye);
+              corner(model, t, 0) - apex, corner(model, t, 1) - apex, corner(model, t, 2) - apex);
           const double half_angle = exact::atan2(angle.num, angle.den);
           sum += components.flip[t] ? -half_angle : half_angle;
         }
         sums[i] = sum / (2 * std::numbers::pi);
       },
-      1 + 20000 / static_cast<std::int64_t>(faces.size()));  // some 20 000 angles per task
+      // Some 20 000 angles per task.
+      /*grain=*/1 + 20000 / static_cast<std::int64_t>(faces.size()));
   double sum = 0;
   for (const double s : sums) sum += s;
   return sum / static_cast<double>(sums.size());
 }
 
+/// Computes the signed volume of a component after the flips that are marked.
 double signed_volume(const Model& model, const Components& components, const Component& component) {
   const Vec3d origin = corner(model, components.order[component.begin], 0);
   double volume = 0;
   for (std::size_t i = component.begin; i < component.end; ++i) {
     const std::uint32_t t = components.order[i];
-    const double sixfold = dot(corner(model, t, 0) - origin,
-                               cross(corner(model, t, 1) - origin, corner(model, t, 2) - origin));
-    volume += components.flip[t] ? -sixfold / 6 : sixfold / 6;
+    const double six_volumes =
+        dot(corner(model, t, 0) - origin,
+            cross(corner(model, t, 1) - origin, corner(model, t, 2) - origin));
+    volume += components.flip[t] ? -six_volumes / 6 : six_volumes / 6;
   }
   return volume;
 }

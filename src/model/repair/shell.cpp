@@ -22,8 +22,8 @@ double measure_undecided_fraction(const Model& model, const InsideTest& inside) 
         const Vec3 p = box.low + box.size() * fraction;
         winding[static_cast<std::size_t>(i)] = inside.winding_number(p);
       },
-      64);
-  int surrounded = 0, undecided = 0;
+      /*grain=*/64);
+  int surrounded = 0, undecided = 0;  // numbers of points
   for (const double w : winding) {
     surrounded += std::fabs(w) > kMinMagnitude;
     undecided += std::fabs(w) > kMinMagnitude && w < kDecided;

@@ -100,7 +100,7 @@ void fit_to_model(VoxelSurface& surface, float cell, const ClosestPointQuery& mo
           const ClosestPoint hit = model.closest(target, kMaxProjection * cell);
           next[k] = hit.triangle == ClosestPoint::kNoTriangle ? target : hit.point;
         },
-        256);
+        /*grain=*/256);
     surface.points.swap(next);
   }
 }

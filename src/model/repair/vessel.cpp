@@ -62,6 +62,7 @@ double spanned_area(const Model& model, const Loop& loop, Vec3 center) {
   return 0.5 * length(sum);
 }
 
+/// Closes a loop by triangles to its centre. They run against the sides of the adjacent triangles.
 void append_fan(Model& model, const Loop& loop, Vec3 center) {
   const auto middle = static_cast<std::uint32_t>(model.points.size());
   model.points.push_back(center);

@@ -11,6 +11,7 @@ namespace polymorph {
 namespace {
 
 constexpr float kInfiniteDistance = std::numeric_limits<float>::infinity();
+constexpr float kHalfDiagonal = 0.87f;  // half the diagonal of a cube of edge 1, rounded up
 
 /// One-dimensional squared distance transform: replaces the values f(i) of a line by min over j of
 /// f(j) + (i - j)^2, the lower envelope of parabolas.
@@ -63,7 +64,8 @@ void transform_axis(const Grid& grid, int axis, std::vector<float>& distance2) {
   const std::array<std::size_t, 3> stride{1, n[0], n[0] * n[1]};
   const std::size_t a = static_cast<std::size_t>(axis), b = (a + 1) % 3, c = (a + 2) % 3;
   parallel_ranges(
-      static_cast<std::int64_t>(n[b] * n[c]), 64, [&](std::int64_t begin, std::int64_t end) {
+      static_cast<std::int64_t>(n[b] * n[c]), /*grain=*/64,
+      [&](std::int64_t begin, std::int64_t end) {
         LineTransform line(n[a]);
         for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
           line.apply(&distance2[i % n[b] * stride[b] + i / n[b] * stride[c]], n[a], stride[a]);
@@ -153,7 +155,7 @@ std::vector<float> compute_distances(const Grid& grid, const std::vector<std::ui
 
 Grid make_grid_around(const Box& box, float cell, float radius) {
   // The border must be free: its points must be further from the model than the radius plus half a
-  // cell's diagonal, 0.87 cells (mark_wall_points()). 4 cells leave some to spare.
+  // cell's diagonal (mark_wall_points()). 4 cells leave some to spare.
   const float margin = radius + 4 * cell;
   const auto count = [&](float size) {
     return static_cast<int>(std::ceil((size + 2 * margin) / cell)) + 1;
@@ -168,15 +170,14 @@ std::vector<std::uint8_t> mark_wall_points(const Grid& grid, const ClosestPointQ
   std::vector<std::uint8_t> wall(array3_count(grid.points), 0);
   const auto blocks = [](int n) { return (n + kBlock - 1) / kBlock; };
   const int bx = blocks(grid.points.x), by = blocks(grid.points.y), bz = blocks(grid.points.z);
-  const float max_distance = 0.87f * grid.cell;
-  // Half the diagonal of a block is 0.87 of its edge.
-  const float max_block_distance = max_distance + 0.87f * grid.cell * kBlock;
+  const float max_distance = kHalfDiagonal * grid.cell;
+  const float max_block_distance = max_distance + kHalfDiagonal * grid.cell * kBlock;
   parallel_for(static_cast<std::int64_t>(bx) * by * bz, [&](std::int64_t b) {
     const Int3 low{static_cast<int>(b % bx) * kBlock, static_cast<int>(b / bx % by) * kBlock,
                    static_cast<int>(b / bx / by) * kBlock};
     const Vec3 middle =
         grid_point(grid, {low.x + kBlock / 2, low.y + kBlock / 2, low.z + kBlock / 2});
-    // If the surface is that far from the middle, the block has no wall points.
+    // If the surface is further than that from the block's middle, the block has no wall points.
     if (surface.closest(middle, max_block_distance).triangle == ClosestPoint::kNoTriangle) return;
     for (int z = low.z; z < std::min(low.z + kBlock, grid.points.z); ++z)
       for (int y = low.y; y < std::min(low.y + kBlock, grid.points.y); ++y)
@@ -190,7 +191,7 @@ std::vector<std::uint8_t> mark_wall_points(const Grid& grid, const ClosestPointQ
 }
 
 Voxels find_unreachable(const Grid& grid, const std::vector<float>& wall_distances, float radius) {
-  Voxels voxels{grid, {}, {}};
+  Voxels voxels{grid, /*depth=*/{}, /*solid=*/{}};
   const float radius_cells = radius / grid.cell;
   std::vector<std::uint8_t> is_reached(wall_distances.size(), 0);
   // The border is free (make_grid_around), so all of it can be reached from its first point.
@@ -250,8 +251,9 @@ VoxelSurface make_surface_nets(const Voxels& voxels) {
   const Int3 n = voxels.grid.points;
   VoxelSurface surface;
   std::vector<std::uint32_t> vertex(voxels.count(), kNoIndex);  // per cell, by its lowest corner
-  // make_manifold() changes `solid` but not `depth`. The depth is clamped to the sign that `solid`
-  // tells, and to at least 0.01 cells, so that the crossing below is well defined.
+  // make_manifold() changes `solid` but not `depth`, so the sign of the depth may be wrong. The
+  // depth is clamped to at least 0.01 cells on the right side of 0, so that the crossing below is
+  // well defined.
   const auto clamped_depth = [&](std::size_t i) {
     return voxels.solid[i] ? std::max(voxels.depth[i], 0.01f) : std::min(voxels.depth[i], -0.01f);
   };
@@ -268,9 +270,9 @@ VoxelSurface make_surface_nets(const Voxels& voxels) {
           for (const unsigned step : {1u, 2u, 4u}) {
             const unsigned b = a | step;
             if (b == a || (set >> a & 1) == (set >> b & 1)) continue;
-            const float la = clamped_depth(cells.corner(first, a)),
-                        lb = clamped_depth(cells.corner(first, b));
-            const float t = la / (la - lb);
+            const float depth_a = clamped_depth(cells.corner(first, a)),
+                        depth_b = clamped_depth(cells.corner(first, b));
+            const float t = depth_a / (depth_a - depth_b);  // where the depth is 0
             sum =
                 sum +
                 Vec3{static_cast<float>(a & 1), static_cast<float>(a >> 1 & 1),
