@@ -17,7 +17,7 @@ namespace polymorph {
 /// to the target.
 struct PathPart {
   Vec3d from_center, to_center;  ///< the part's centre in the source and in the target
-  Vec3d turn;                    ///< rotation: axis times angle, radians
+  Vec3d rotation_vector;         ///< rotation: axis times angle, radians
   double log_scale = 0;          ///< natural logarithm of the scaling
 };
 
@@ -30,7 +30,7 @@ struct PartPose {
 /// Returns the pose at eased time u, which is outside [0, 1] where a spring overshoots.
 PM_HD inline PartPose part_pose_at(const PathPart& part, double u) {
   return {part.from_center * (1 - u) + part.to_center * u, exp_scalar(part.log_scale * u),
-          exp_rotation(part.turn * u)};
+          exp_rotation(part.rotation_vector * u)};
 }
 
 /// Returns part_pose_at() of all parts.

@@ -18,7 +18,7 @@
 //     radius(ball): a measure of its size, scene units
 //     from_sphere(center, radius, constants): a ball for a sphere
 //     rescale(ball, level): moves the surface at `level` to the level 1
-//     share_of_weight(w, share): the weight at which a ball's values are `share` times as large
+//     scale_weight(w, share): the weight at which a ball's values are `share` times as large
 // A new kind is a struct here, an enumerator in types.h and its name in visit() and kFieldKinds.
 #pragma once
 
@@ -64,7 +64,7 @@ struct EllipsoidCoordinate {
   }
   static float radius(const Ball& ball) { return 1 / std::sqrt(ball.a); }
   static void rescale(Ball& ball, float level) { ball.w = ball.w / level; }
-  static float share_of_weight(float w, float share) { return w * share; }
+  static float scale_weight(float w, float share) { return w * share; }
 };
 
 /// exp(w - q) (Blinn 1982; report Eq. 3.1). The kernels' q has the factor log2(e), and base = -w
@@ -109,7 +109,7 @@ struct GaussianField : EllipsoidCoordinate {
     return {center, c.blobbiness / (radius * radius), c.blobbiness};
   }
   static void rescale(Ball& ball, float level) { ball.w = ball.w - log(level); }
-  static float share_of_weight(float w, float share) { return w + log(share); }
+  static float scale_weight(float w, float share) { return w + log(share); }
 };
 
 /// w (1 - 22/9 q + 17/9 q^2 - 4/9 q^3) up to q = 1 (Wyvill, McPheeters and Wyvill 1986).
@@ -205,7 +205,7 @@ struct InverseSquareField {
     return {center, 1, c.blob_constant * c.magnitude * (radius * radius) / c.threshold};
   }
   static void rescale(Ball& ball, float level) { ball.w = ball.w / level; }
-  static float share_of_weight(float w, float share) { return w * share; }
+  static float scale_weight(float w, float share) { return w * share; }
 };
 
 /// Calls f with a value of the kind's struct. The only switch over FieldKind.

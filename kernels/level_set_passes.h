@@ -178,7 +178,7 @@ void meet_landmarks(Workspace<B>& work, const Regression& regression, const Smoo
                     const View<float>& coefficients) {
   std::vector<Vec3> positions;
   for (const RegressionLandmark& landmark : regression.landmarks)
-    positions.push_back(landmark.place);
+    positions.push_back(landmark.position);
   const auto count = static_cast<std::int64_t>(positions.size());
   const View<Vec3> at = work.landmark_positions.resize(work.backend, count);
   const View<AttributeValues> device_images =

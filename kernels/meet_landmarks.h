@@ -149,7 +149,7 @@ inline std::vector<LandmarkTerm> find_landmark_terms(const Regression& regressio
   std::vector<LandmarkTerm> terms(count);
   for (std::size_t l = 0; l < count; ++l) {
     const RegressionLandmark& landmark = regression.landmarks[l];
-    terms[l].position = landmark.place;
+    terms[l].position = landmark.position;
     terms[l].falloff = kHalfLog2E / (landmark.deviation * landmark.deviation);
   }
   // Element (k, l): the value of term l at landmark k.

@@ -45,7 +45,7 @@ struct AffineMap {
 
 /// A point that a regression's maps take exactly to given goals.
 struct RegressionLandmark {
-  Vec3 place;
+  Vec3 position;
   /// Standard deviation of the Gaussian that bends the maps around the point, scene units, > 0.
   float deviation = 1;
   Vec3 goal[2];  ///< image of the point under each map, the affine map included

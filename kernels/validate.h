@@ -77,7 +77,7 @@ inline EngineStatus check_regression(const Regression& regression) {
     }
   }
   for (const RegressionLandmark& landmark : regression.landmarks) {
-    if (!is_finite(landmark.place) || !is_finite(landmark.goal[0]) ||
+    if (!is_finite(landmark.position) || !is_finite(landmark.goal[0]) ||
         !is_finite(landmark.goal[1]) || !(landmark.deviation > 0)) {
       return bad_input(
           "a landmark of a map has a place that is not finite, or no deviation, look at the plan "

@@ -73,7 +73,7 @@ std::string inputs_hash(const SceneInputs& inputs, std::string_view program) {
     else
       for (const std::string& label : model.label_names) hasher.add(std::string_view(label));
   }
-  for (const ObjectPlacing& placing : inputs.placings)
+  for (const ObjectPlacement& placing : inputs.placements)
     if (!placing.vertices.empty()) hasher.add(std::span<const Vec3>(placing.vertices));
   hasher.add(inputs.environment != nullptr);
   if (inputs.environment) hasher.add(pixel_digest(*inputs.environment));

@@ -26,7 +26,7 @@ struct SceneInputs {
   std::span<const Model> models;       ///< one per object, as load_models() gives them
   const Image* environment = nullptr;  ///< null if the scene has none
   /// One per object; needed if landmarks name vertices.
-  std::span<const ObjectPlacing> placings = {};
+  std::span<const ObjectPlacement> placements = {};
   /// One per object; needed if any is a mesh sequence.
   std::span<const std::shared_ptr<const MeshSequence>> sequences = {};
 };

@@ -88,7 +88,7 @@ std::vector<std::size_t> first_with_key(std::span<const ChainObject> chain, cons
 struct Readings {
   struct Reading {
     std::vector<std::string> warnings;
-    Result<ReadObject> object = ReadObject{};  ///< the object, or the error of reading it
+    Result<LoadedObject> object = LoadedObject{};  ///< the object, or the error of reading it
     std::shared_ptr<MeshSequence> meshes;  ///< set if `object` is the stand-in of a mesh sequence
     std::size_t uses = 0;         ///< number of objects that have yet to take() this reading
     bool needs_vertices = false;  ///< a landmark of one of these objects names a vertex
@@ -125,14 +125,14 @@ struct Readings {
   /// Sets the transforms of the object's mesh sequence, which no other object shares, and returns
   /// the sequence; null if the object is none.
   std::shared_ptr<const MeshSequence> place_meshes(std::size_t object,
-                                                   const ObjectPlacing& placing) {
+                                                   const ObjectPlacement& placing) {
     const std::shared_ptr<MeshSequence>& meshes = readings[object].meshes;
     if (meshes) meshes->steps = placing.steps;
     return meshes;
   }
   /// Returns an object as it was read. The first object of a reading also adds its warnings, so
   /// that each is reported once. Call once per object.
-  Result<ReadObject> take(std::size_t object, std::vector<std::string>& warnings) {
+  Result<LoadedObject> take(std::size_t object, std::vector<std::string>& warnings) {
     Reading& reading = readings[first[object]];
     if (first[object] == object)
       warnings.insert(warnings.end(), reading.warnings.begin(), reading.warnings.end());
@@ -145,7 +145,7 @@ struct Readings {
 /// `size` (<= 0: not scaled), centred on the y axis and put with its lowest point on y = 0. Its own
 /// scale, about the origin, and its translation follow. Otherwise only its own scale, rotation and
 /// translation apply, in this order. `actor`: transform of the actor, applied last.
-void arrange(ReadObject& read, const ObjectSettings& object, bool stand, float size,
+void arrange(LoadedObject& read, const ObjectSettings& object, bool stand, float size,
              const Transform& actor) {
   Model& model = read.model;
   const auto transform_by = [&read](const Transform& step) {
@@ -171,7 +171,7 @@ void arrange(ReadObject& read, const ObjectSettings& object, bool stand, float s
 /// Applies the scene's materials and transforms to an object as it was read. `size`: diagonal of
 /// the scene's first object, to which the others are scaled; 0 makes this object the first one and
 /// sets `size` to its diagonal.
-void place_object(const Scene& scene, const ChainObject& chained, ReadObject& read, float& size) {
+void place_object(const Scene& scene, const ChainObject& chained, LoadedObject& read, float& size) {
   const ObjectSettings& object = *chained.settings;
   const ActorSettings& actor = *chained.actor;
   Model& model = read.model;
@@ -187,7 +187,7 @@ void place_object(const Scene& scene, const ChainObject& chained, ReadObject& re
 /// fitted to. Returns an empty model for all other objects. If landmarks name vertices, sets
 /// placing.vertices to those of this mesh. Errors: as load_mesh().
 Result<Model> load_reference(const ChainObject& chained, const MeshSequence* sequence,
-                             ObjectPlacing& placing) {
+                             ObjectPlacement& placing) {
   if (!sequence || plays_sequence_alone(*chained.actor)) return Model{};
   if (names_vertices(chained)) {
     PM_TRY(placing.vertices, read_mesh_vertices(*sequence, sequence->reference));
@@ -236,13 +236,13 @@ Result<LoadedScene> load_models(const Scene& scene, std::span<const ChainObject>
   LoadedScene loaded;
   float size = 0;  // diagonal of the first object (place_object())
   for (std::size_t i = 0; i < chain.size(); ++i) {
-    PM_TRY(ReadObject object, readings.take(i, loaded.warnings));
+    PM_TRY(LoadedObject object, readings.take(i, loaded.warnings));
     place_object(scene, chain[i], object, size);
     loaded.sequences.push_back(readings.place_meshes(i, object.placing));
     PM_TRY(Model reference, load_reference(chain[i], loaded.sequences[i].get(), object.placing));
     loaded.references.push_back(std::move(reference));
     loaded.models.push_back(std::move(object.model));
-    loaded.placings.push_back(std::move(object.placing));
+    loaded.placements.push_back(std::move(object.placing));
   }
   return loaded;
 }
@@ -285,14 +285,15 @@ std::vector<std::string> find_problems(const Scene& scene, std::span<const Chain
     auto read_object = readings.take(i, loaded.warnings);
     if (read_object) place_object(scene, chain[i], *read_object, size);
     loaded.sequences.push_back(
-        readings.place_meshes(i, read_object ? read_object->placing : ObjectPlacing{}));
+        readings.place_meshes(i, read_object ? read_object->placing : ObjectPlacement{}));
     loaded.models.push_back(read_object ? std::move(read_object->model) : Model{});
-    loaded.placings.push_back(read_object ? std::move(read_object->placing) : ObjectPlacing{});
+    loaded.placements.push_back(read_object ? std::move(read_object->placing) : ObjectPlacement{});
     const MeshSequence* meshes = loaded.sequences.back().get();
-    auto reference = load_reference(chain[i], meshes, loaded.placings.back());
+    auto reference = load_reference(chain[i], meshes, loaded.placements.back());
     loaded.references.push_back(reference ? std::move(*reference) : Model{});
     if (meshes) {
-      for (std::string& problem : mesh_problems(*meshes)) problems.push_back(std::move(problem));
+      for (std::string& problem : find_mesh_problems(*meshes))
+        problems.push_back(std::move(problem));
       // A sequence without a reference mesh plays alone, without balls, or is reported above.
       if (loaded.references.back().triangles.empty()) continue;
     }

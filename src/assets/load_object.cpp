@@ -27,9 +27,9 @@ Transform upright(UpAxis up) {
   return make_transform({}, degrees, {1, 1, 1});
 }
 
-Result<ReadObject> load_object(const ObjectSettings& object, bool textures, bool vertices,
-                               std::vector<std::string>& warnings) {
-  ReadObject read;
+Result<LoadedObject> load_object(const ObjectSettings& object, bool textures, bool vertices,
+                                 std::vector<std::string>& warnings) {
+  LoadedObject read;
   if (!object.shape.empty()) {
     PM_TRY(read.model, make_shape(object.shape));
     read.placing.box = read.model.box();

@@ -15,15 +15,15 @@ namespace polymorph {
 Transform upright(UpAxis up);
 
 /// An object as it was read, rotated upright.
-struct ReadObject {
+struct LoadedObject {
   Model model;
-  ObjectPlacing placing;  ///< `to_scene` is only upright() until load_models() places the object
+  ObjectPlacement placing;  ///< `to_scene` is only upright() until load_models() places the object
 };
 
 /// Reads an object. `textures`: whether to read the textures of its materials. `vertices`: whether
 /// to set placing.vertices. Adds the reader's warnings to `warnings`. Errors: as load_model().
-Result<ReadObject> load_object(const ObjectSettings& object, bool textures, bool vertices,
-                               std::vector<std::string>& warnings);
+Result<LoadedObject> load_object(const ObjectSettings& object, bool textures, bool vertices,
+                                 std::vector<std::string>& warnings);
 
 /// Applies the crease angle, the colour and the material values that the scene sets for an object.
 void apply_materials(Model& model, const ObjectSettings& object);

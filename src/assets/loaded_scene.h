@@ -17,7 +17,7 @@
 namespace polymorph {
 
 /// Transform of an object from its file's coordinates to those of the scene.
-struct ObjectPlacing {
+struct ObjectPlacement {
   Transform to_scene;            ///< upright() (load_object.h), followed by all `steps`
   std::vector<Transform> steps;  ///< transforms that follow upright(), in order of application
   Box box;                       ///< bounding box in the file's coordinates
@@ -50,7 +50,7 @@ struct MeshSequence {
   ObjectSettings object;         ///< settings of the sequence
   std::vector<MeshFile> files;   ///< files in the order of play
   int reference = 0;             ///< index of the first mesh that can be shown; plans use its pose
-  std::vector<Transform> steps;  ///< ObjectPlacing::steps, the same for all meshes
+  std::vector<Transform> steps;  ///< ObjectPlacement::steps, the same for all meshes
   std::uint64_t max_bytes = 0;   ///< model_bytes() (memory_estimate.h) of the largest mesh
   std::size_t max_triangles = 0, max_textures = 0;  ///< maxima over the meshes
   /// Pool from which meshes with equal textures share them.
@@ -65,8 +65,8 @@ struct LoadedScene {
   std::vector<std::shared_ptr<const MeshSequence>> sequences;  ///< one per model; null: none
   /// One per model: the reference mesh of a sequence in a morph; empty for every other object.
   std::vector<Model> references;
-  std::vector<ObjectPlacing> placings;  ///< one per model
-  std::vector<std::string> warnings;    ///< one line each, about the files
+  std::vector<ObjectPlacement> placements;  ///< one per model
+  std::vector<std::string> warnings;        ///< one line each, about the files
 
   /// Returns the model that an object's balls are fitted to; it is empty for a sequence that plays
   /// alone.

@@ -261,8 +261,9 @@ Result<Model> load_mesh(const MeshSequence& sequence, int mesh) {
   const MeshFile& file = sequence.files[static_cast<std::size_t>(mesh)];
   if (!file.problem.empty()) return make_error(ErrorCode::kInput, "{}", file.problem);
   std::vector<std::string> warnings;  // the survey has reported them
-  PM_TRY(ReadObject read, load_object(mesh_settings(sequence.object, file.file), /*textures=*/true,
-                                      /*vertices=*/false, warnings));
+  PM_TRY(LoadedObject read,
+         load_object(mesh_settings(sequence.object, file.file), /*textures=*/true,
+                     /*vertices=*/false, warnings));
   if (model_digest(read.model) != file.digest)
     return make_error(ErrorCode::kInput, "mesh {}: {}: was changed while it was used", file.number,
                       file.file.string());
@@ -276,8 +277,9 @@ Result<std::vector<Vec3>> read_mesh_vertices(const MeshSequence& sequence, int m
   const MeshFile& file = sequence.files[static_cast<std::size_t>(mesh)];
   if (!file.problem.empty()) return make_error(ErrorCode::kInput, "{}", file.problem);
   std::vector<std::string> warnings;  // the survey has reported them
-  PM_TRY(ReadObject read, load_object(mesh_settings(sequence.object, file.file), /*textures=*/false,
-                                      /*vertices=*/true, warnings));
+  PM_TRY(LoadedObject read,
+         load_object(mesh_settings(sequence.object, file.file), /*textures=*/false,
+                     /*vertices=*/true, warnings));
   return std::move(read.placing.vertices);
 }
 
@@ -298,7 +300,7 @@ Result<std::vector<Vec3>> compute_mesh_motion(const MeshSequence& sequence, cons
   std::vector<std::string> warnings;  // the survey has reported them
   ObjectSettings as_stored = mesh_settings(sequence.object, file.file);
   as_stored.up = UpAxis::kY;
-  PM_TRY(const ReadObject stored,
+  PM_TRY(const LoadedObject stored,
          load_object(as_stored, /*textures=*/false, /*vertices=*/true, warnings));
   // Map points to velocities. If both lists have the same length, use the coordinates of
   // load_object() as keys, because load_ply_velocities() may round the same digits differently.
@@ -332,7 +334,7 @@ Result<std::vector<Vec3>> compute_mesh_motion(const MeshSequence& sequence, cons
   return motion;
 }
 
-std::vector<std::string> mesh_problems(const MeshSequence& sequence) {
+std::vector<std::string> find_mesh_problems(const MeshSequence& sequence) {
   std::vector<std::string> problems;
   for (const MeshFile& file : sequence.files)
     if (!file.problem.empty()) problems.push_back(file.problem);

@@ -14,7 +14,7 @@ namespace polymorph {
 
 /// Result of survey_meshes().
 struct MeshSurvey {
-  ReadObject stand_in;    ///< outermost points of all meshes, without faces, rotated upright
+  LoadedObject stand_in;  ///< outermost points of all meshes, without faces, rotated upright
   MeshSequence sequence;  ///< complete except for `steps`
 };
 
@@ -47,7 +47,7 @@ Result<std::vector<Vec3>> compute_mesh_motion(const MeshSequence& sequence, cons
                                               const MeshStep& step);
 
 /// Returns one line for each mesh that cannot be shown.
-std::vector<std::string> mesh_problems(const MeshSequence& sequence);
+std::vector<std::string> find_mesh_problems(const MeshSequence& sequence);
 
 /// Describes the files: "dancer: 240 meshes, frames 1 to 240, 1 missing, 2 broken, at most 9000
 /// triangles". Files that exist but cannot be shown are broken.

@@ -30,15 +30,15 @@ class LandmarkProblems {
 };
 
 /// An object of the chain, in scene coordinates.
-struct LoadedObject {
+struct LandmarkedObject {
   const ObjectSettings& settings;
   const Model& model;
-  const ObjectPlacing& placing;
+  const ObjectPlacement& placing;
 };
 
 /// Returns the landmark's point in the file's coordinates. If the file has no such vertex, adds a
 /// problem and returns nullopt.
-std::optional<Vec3> point_in_file(const LoadedObject& object, const LandmarkPoint& landmark,
+std::optional<Vec3> point_in_file(const LandmarkedObject& object, const LandmarkPoint& landmark,
                                   LandmarkProblems& problems) {
   if (landmark.point) return landmark.point;
   const auto vertex_count = static_cast<long long>(object.placing.vertices.size());
@@ -51,7 +51,7 @@ std::optional<Vec3> point_in_file(const LoadedObject& object, const LandmarkPoin
 
 /// Moves the landmarks of one object to the closest points of its surface. Leaves out those that
 /// cannot be used, with a problem for each.
-PlacedLandmarks place_on_surface(const LoadedObject& object, const ObjectLandmarks& landmarks,
+PlacedLandmarks place_on_surface(const LandmarkedObject& object, const ObjectLandmarks& landmarks,
                                  LandmarkProblems& problems) {
   // As fractions of `size`: maximum distance from the surface, minimum distance of two landmarks.
   constexpr float kMaxOffset = 0.1f, kMinSpacing = 1e-3f;
@@ -95,7 +95,7 @@ std::vector<PlacedLandmarks> place_landmarks(const Scene& scene, std::span<const
     const ObjectLandmarks* landmarks = find_landmarks(chain[i].actor->plan, *chain[i].settings);
     const bool can_place = landmarks && !loaded.fitted_model(i).triangles.empty();
     lists.push_back(can_place ? place_on_surface({*chain[i].settings, loaded.fitted_model(i),
-                                                  loaded.placings[i]},
+                                                  loaded.placements[i]},
                                                  *landmarks, collector)
                               : PlacedLandmarks{});
   }

@@ -94,7 +94,7 @@ Result<std::vector<LegCandidates>> landmark_candidates(const PreparedScene& prep
       const std::size_t from = actor.space ? 0 : i;  // all legs of a blend have one source
       if (actor.legs[i]->from != actor.objects[from])
         continue;  // the leg begins with moving balls, which have no file
-      const double angle = actor.legs[i]->plan.alignment.turn.y;
+      const double angle = actor.legs[i]->plan.alignment.rotation_vector.y;
       out.push_back({static_cast<int>(a), static_cast<int>(from), static_cast<int>(i + 1),
                      landmark_key(prepared.scene, *chain[from]),
                      landmark_key(prepared.scene, *chain[i + 1]),

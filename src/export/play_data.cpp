@@ -152,11 +152,12 @@ PlaySpace make_play_space(const PreparedActor& actor) {
   for (std::size_t i = 0; i < actor.objects.size(); ++i) {
     const PreparedObject& object = *actor.objects[i];
     const PathPart similarity = object_similarity(shapes, i);
-    PlaySpaceObject& space_object = space.objects.emplace_back(PlaySpaceObject{
-        object.model.box(), object.distances.volume,
-        static_cast<float>(min_mixture_component_share(object, actor.settings)),
-        similarity.from_center, similarity.to_center, similarity.turn, similarity.log_scale,
-        /*balls=*/{}});
+    PlaySpaceObject& space_object = space.objects.emplace_back(
+        PlaySpaceObject{object.model.box(), object.distances.volume,
+                        static_cast<float>(min_mixture_component_share(object, actor.settings)),
+                        similarity.from_center, similarity.to_center, similarity.rotation_vector,
+                        similarity.log_scale,
+                        /*balls=*/{}});
     for (const Vec3d center : shapes.places[i]) space_object.balls.push_back(to_float(center));
   }
   return space;

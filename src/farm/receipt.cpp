@@ -51,7 +51,7 @@ Result<std::string> make_receipt(const RunReport& report) {
                              {{"buildDefinition",
                                {{"buildType", kBuildType},
                                 {"externalParameters",
-                                 {{"frames", frame_list(frames)},
+                                 {{"frames", format_frame_list(frames)},
                                   {"coarse", report.provenance.coarse},
                                   {"scene", scene->root}}},
                                 {"resolvedDependencies", inputs}}},

@@ -138,7 +138,7 @@ struct Measurement {
 std::string encode(const ObjectDistances& object, const Measurement& measurement) {
   std::string bytes;
   put_counted(bytes, object.sides);
-  put(bytes, object.undecided);
+  put(bytes, object.undecided_fraction);
   put(bytes, object.volume);
   put(bytes, object.smallest_component_share);
   put(bytes, object.genus);
@@ -229,7 +229,7 @@ bool decode(std::string_view bytes, const Model& model, ObjectDistances& object)
   if (!take_counted(bytes, object.sides) || object.sides.size() != model.triangles.size())
     return false;
   if (bytes.size() < 3 * sizeof(double) + sizeof(std::int64_t) + sizeof(std::uint8_t)) return false;
-  object.undecided = take<double>(bytes);
+  object.undecided_fraction = take<double>(bytes);
   object.volume = take<double>(bytes);
   object.smallest_component_share = take<double>(bytes);
   object.genus = take<std::int64_t>(bytes);
@@ -262,8 +262,8 @@ MeasuredGrid measure_solid(const Model& solid, const ClosestPointQuery& closest,
   constexpr float kFaceStep = 0.01f;
   const Mesh faces{solid.points, {}, solid.triangles};
   const bool closed = check_mesh(faces).is_closed() && volume_of(faces) > 0;
-  object.undecided = closed ? 0 : measure_undecided_fraction(solid, inside);
-  object.sides = object.undecided < kMinShellFraction
+  object.undecided_fraction = closed ? 0 : measure_undecided_fraction(solid, inside);
+  object.sides = object.undecided_fraction < kMinShellFraction
                      ? classify_faces(solid, inside, kFaceStep * measure.cell)
                      : std::vector<FaceSide>(solid.triangles.size(), FaceSide::kSheet);
   return measure_grid({solid, inside, closest, object.sides, solid.box()}, measure);

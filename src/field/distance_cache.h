@@ -19,8 +19,8 @@ inline constexpr std::uint32_t kDistancesVersion = 12;
 
 /// Signed distances of one object, and measures of their surface.
 struct ObjectDistances {
-  std::vector<FaceSide> sides;  ///< classify_faces(): one per triangle of the model
-  double undecided = 0;         ///< measure_undecided_fraction() (model/repair/shell.h)
+  std::vector<FaceSide> sides;    ///< classify_faces(): one per triangle of the model
+  double undecided_fraction = 0;  ///< measure_undecided_fraction() (model/repair/shell.h)
   std::shared_ptr<const DistanceGrid> grid;      ///< signed distances, positive inside
   std::shared_ptr<const DistanceGrid> thinness;  ///< limit_thinness() (field/thinness.h)
   std::shared_ptr<const DistanceGrid> smooth;    ///< remove_detail() (field/remove_detail.h)
@@ -36,7 +36,7 @@ struct ObjectDistances {
 
 /// Tests whether the object is a shell: it has no inside, and `thinness` and `smooth` are null.
 inline bool is_shell(const ObjectDistances& object) {
-  return object.undecided >= kMinShellFraction;
+  return object.undecided_fraction >= kMinShellFraction;
 }
 
 /// Settings of an object's distances.

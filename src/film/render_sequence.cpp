@@ -249,8 +249,8 @@ class SequenceRun {
   void choose_jobs(const ImageSettings& image, int devices) {
     jobs_ = settings_.jobs;
     if (jobs_ == 0) {
-      jobs_ = jobs_for(image.width, image.height, settings_.frames.size());
-      if (report_.device != "cpu") jobs_ = std::max(jobs_, jobs_for_devices(devices));
+      jobs_ = cpu_jobs(image.width, image.height, settings_.frames.size());
+      if (report_.device != "cpu") jobs_ = std::max(jobs_, gpu_jobs(devices));
       while (jobs_ > 1 &&
              !check_picture_memory(image, pictures_at_once(), settings_.max_memory, settings_.part))
         --jobs_;
@@ -573,13 +573,13 @@ class SequenceRun {
 
 }  // namespace
 
-int jobs_for_devices(int devices) {
+int gpu_jobs(int devices) {
   // A GPU traces one frame while the CPU repairs the surfaces and finishes the pictures of others.
   constexpr int kMin = 2, kMax = 4;  // frames per GPU
   return std::clamp(thread_count() / devices, kMin, kMax) * devices;
 }
 
-int jobs_for(int width, int height, std::size_t frames) {
+int cpu_jobs(int width, int height, std::size_t frames) {
   constexpr int kTile = 16;  // pixels along a tile's edge (render/film/convergence.h)
   // Choose so many jobs that their frames have 64 tiles per thread, but at most one job per thread
   // and per frame.

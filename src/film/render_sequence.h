@@ -37,7 +37,7 @@ struct SequenceSettings {
   bool dry_run = false;     ///< render and write nothing; estimate the cost
   /// Number of frames that are traced at once; as many may be written at once. On the CPU the
   /// surface of one more frame is made meanwhile; on GPUs each tracer makes the surfaces of its
-  /// frames. 0: jobs_for() and, on GPUs, at least jobs_for_devices().
+  /// frames. 0: cpu_jobs() and, on GPUs, at least gpu_jobs().
   int jobs = 1;
   std::string device = "auto";         ///< one device or a list (list_devices())
   std::size_t max_memory = 0;          ///< maximum bytes of the whole run; 0: no limit
@@ -49,11 +49,11 @@ struct SequenceSettings {
 
 /// Returns the number of frames to trace at once on `devices` GPUs: two to four per GPU, depending
 /// on the number of CPU threads.
-int jobs_for_devices(int devices);
+int gpu_jobs(int devices);
 
 /// Returns the number of frames of `width` x `height` pixels to trace at once on the CPU, so that
 /// every thread has enough tiles.
-int jobs_for(int width, int height, std::size_t frames);
+int cpu_jobs(int width, int height, std::size_t frames);
 
 /// Callback after each frame. `done`: number of frames that are finished (rendered, skipped or
 /// failed), of `total`; `last`: the frame that was just finished.

@@ -54,7 +54,7 @@ Result<std::string> source_hash(const Scene& scene) {
   PM_TRY(const LoadedScene loaded, load_models(scene, chain, /*textures=*/true));
   PM_TRY(const std::shared_ptr<const Image> environment, load_environment(scene));
   return content_hash(
-      {scene, chain, loaded.models, environment.get(), loaded.placings, loaded.sequences},
+      {scene, chain, loaded.models, environment.get(), loaded.placements, loaded.sequences},
       /*program=*/"");
 }
 
@@ -65,7 +65,7 @@ Result<ExpectedHashes> expected_hashes(const Scene& scene, std::span<const int> 
   PM_TRY(const LoadedScene loaded, load_models(scene, chain, /*textures=*/true));
   PM_TRY(const std::shared_ptr<const Image> environment, load_environment(scene));
   const SequenceHashes hashes = hash_sequence(
-      {scene, chain, loaded.models, environment.get(), loaded.placings, loaded.sequences});
+      {scene, chain, loaded.models, environment.get(), loaded.placements, loaded.sequences});
   ExpectedHashes expected{hashes.scene, std::vector<std::string>(frames.size()), scene.output,
                           /*view=*/{}};
   parallel_for(static_cast<std::int64_t>(frames.size()), [&](std::int64_t i) {
@@ -114,7 +114,7 @@ std::vector<FileState> frame_states(const FrameFiles& files, std::span<const int
   return states;
 }
 
-std::string frame_list(std::span<const int> frames) {
+std::string format_frame_list(std::span<const int> frames) {
   std::string out;
   for (std::size_t i = 0; i < frames.size();) {
     std::size_t end = i + 1;

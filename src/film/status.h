@@ -58,6 +58,6 @@ std::vector<FileState> frame_states(const FrameFiles& files, std::span<const int
                                     const ExpectedHashes& expected);
 
 /// Formats ascending frames as "1-4,7,9-12".
-std::string frame_list(std::span<const int> frames);
+std::string format_frame_list(std::span<const int> frames);
 
 }  // namespace polymorph

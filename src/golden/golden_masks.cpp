@@ -45,7 +45,8 @@ bool is_invalid(const float* values, std::size_t masked_count, int alpha) {
 
 }  // namespace
 
-Result<double> hide_masked(const GoldenSuite& suite, const Image& reference, Image& actual) {
+Result<double> replace_masked_pixels(const GoldenSuite& suite, const Image& reference,
+                                     Image& actual) {
   if (suite.masks.empty() || actual.width != reference.width || actual.height != reference.height ||
       actual.channels != reference.channels || reference.pixels.empty())
     return 0.0;

@@ -12,6 +12,7 @@ namespace polymorph {
 /// infinite, negative alpha) stay, so that they fail. Does nothing, and returns 0, if the images
 /// differ in size or channels. Errors: kInput (a mask that cannot be read or has another size, a
 /// mask by ids without a layer `id`).
-Result<double> hide_masked(const GoldenSuite& suite, const Image& reference, Image& actual);
+Result<double> replace_masked_pixels(const GoldenSuite& suite, const Image& reference,
+                                     Image& actual);
 
 }  // namespace polymorph

@@ -66,7 +66,7 @@ struct FrameTest {
   const GoldenSettings& settings;
   const RenderedFrame& rendered;
   const Image* reference = nullptr;  ///< null: missing or unreadable
-  Image actual = {};                 ///< the frame after hide_masked()
+  Image actual = {};                 ///< the frame after replace_masked_pixels()
   PixelMaps maps = {};
 };
 
@@ -186,7 +186,7 @@ Result<GoldenFrame> test_frame(const GoldenSuite& suite, const GoldenSettings& s
   }
   // Compare the images, and explain and write a failure.
   test.reference = &*reference;
-  PM_TRY(result.masked_percent, hide_masked(suite, *reference, test.actual));
+  PM_TRY(result.masked_percent, replace_masked_pixels(suite, *reference, test.actual));
   result.image = compare_images(test.actual, *reference, suite.tolerance, &test.maps);
   if (!suite.masks.empty()) result.report.masked_percent = result.masked_percent;
   result.report.max_masked_percent = suite.max_masked_percent;

@@ -85,8 +85,8 @@ class TiffReader {
   }
   /// Reads an unsigned integer of `size` bytes; 0 beyond the end of the file.
   std::uint64_t read_integer(std::uint64_t offset, std::uint64_t size) const {
-    return is_little_endian_ ? little_endian(bytes_, offset, size)
-                             : big_endian(bytes_, offset, size);
+    return is_little_endian_ ? read_little_endian(bytes_, offset, size)
+                             : read_big_endian(bytes_, offset, size);
   }
   /// Reads an entry: tag and type of 2 bytes each, then count and value of `field_size` bytes each.
   TiffEntry read_entry(std::uint64_t offset) const {

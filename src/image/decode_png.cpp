@@ -76,7 +76,7 @@ int exif_orientation(std::span<const png_byte> exif) {
   if (exif.size() < 8) return 1;
   const std::string_view bytes(reinterpret_cast<const char*>(exif.data()), exif.size());
   const auto read_integer = [&](std::size_t at, std::size_t size) {
-    return bytes[0] == 'I' ? little_endian(bytes, at, size) : big_endian(bytes, at, size);
+    return bytes[0] == 'I' ? read_little_endian(bytes, at, size) : read_big_endian(bytes, at, size);
   };
   const std::size_t directory = read_integer(4, 4), count = read_integer(directory, 2);
   for (std::size_t i = 0; i < count && directory + 12 * i + 14 <= exif.size(); ++i) {

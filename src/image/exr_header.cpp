@@ -28,7 +28,7 @@ std::optional<std::vector<Attribute>> parse_header(std::string_view bytes) {
     if (entry->name.empty()) return attributes;
     const std::string name(entry->name);
     const std::string_view type = entry->type, value = bytes.substr(entry->begin, entry->size);
-    const auto number = static_cast<std::uint32_t>(little_endian(value, 0, 4));
+    const auto number = static_cast<std::uint32_t>(read_little_endian(value, 0, 4));
     if (is_encoders_own(name)) continue;
     if (type == "string") attributes.push_back({name, std::string(value)});
     if (type == "int" && value.size() == 4) attributes.push_back({name, static_cast<int>(number)});
@@ -50,7 +50,7 @@ std::optional<ExrEntry> take_exr_entry(std::string_view bytes, std::size_t& at) 
     if (type_end == std::string_view::npos || bytes.size() - type_end < 5) return std::nullopt;
     entry.type = bytes.substr(name_end + 1, type_end - name_end - 1);
     entry.begin = type_end + 5;
-    entry.size = little_endian(bytes, type_end + 1, 4);
+    entry.size = read_little_endian(bytes, type_end + 1, 4);
     if (entry.size > bytes.size() - entry.begin) return std::nullopt;
   }
   at = entry.begin + entry.size;

@@ -58,13 +58,13 @@ Status check_png(std::string_view bytes) {
   std::size_t at = 8;
   while (true) {  // a chunk consists of length, type, data and checksum
     if (bytes.size() - at < 12) return make_error(ErrorCode::kInput, "the PNG is truncated");
-    const std::size_t length = big_endian(bytes, at, 4);
+    const std::size_t length = read_big_endian(bytes, at, 4);
     if (length > bytes.size() - at - 12)
       return make_error(ErrorCode::kInput, "the PNG is truncated");
     const std::string_view body = bytes.substr(at + 4, length + 4);  // type and data
     const auto checksum =
         crc32(0, reinterpret_cast<const Bytef*>(body.data()), static_cast<uInt>(body.size()));
-    if (checksum != big_endian(bytes, at + 8 + length, 4))
+    if (checksum != read_big_endian(bytes, at + 8 + length, 4))
       return make_error(ErrorCode::kInput, "the PNG is damaged: wrong checksum at byte {}", at);
     if (body.substr(0, 4) == "IEND") return Ok{};
     at += length + 12;
@@ -99,28 +99,30 @@ Status check_exr(std::string_view bytes) {
 }
 
 /// Reads a little-endian integer of 2 bytes.
-std::size_t word_at(std::string_view bytes, std::size_t at) { return little_endian(bytes, at, 2); }
+std::size_t word_at(std::string_view bytes, std::size_t at) {
+  return read_little_endian(bytes, at, 2);
+}
 
 /// Checks the header and that all rows of pixels are there.
 Status check_bmp(std::string_view bytes) {
   // A file header of 14 bytes and a picture header, of 40 bytes or more except in OS/2.
   if (bytes.size() < 54) return make_error(ErrorCode::kInput, "the BMP is truncated");
-  const bool is_os2 = little_endian(bytes, 14, 4) < 40;  // OS/2's header has sizes of 16 bits
+  const bool is_os2 = read_little_endian(bytes, 14, 4) < 40;  // OS/2's header has sizes of 16 bits
   const double width = is_os2 ? static_cast<double>(word_at(bytes, 18))
-                              : static_cast<std::int32_t>(little_endian(bytes, 18, 4));
+                              : static_cast<std::int32_t>(read_little_endian(bytes, 18, 4));
   // A negative height means that the rows are stored from the top.
   const double height =
       is_os2 ? static_cast<double>(word_at(bytes, 20))
-             : std::abs(1.0 * static_cast<std::int32_t>(little_endian(bytes, 22, 4)));
+             : std::abs(1.0 * static_cast<std::int32_t>(read_little_endian(bytes, 22, 4)));
   const auto bits = static_cast<double>(word_at(bytes, is_os2 ? 24 : 28));
-  const std::uint64_t compression = is_os2 ? 0 : little_endian(bytes, 30, 4);
+  const std::uint64_t compression = is_os2 ? 0 : read_little_endian(bytes, 30, 4);
   // OpenImageIO 2.4 writes out of bounds for runs that extend beyond the picture.
   if (compression == 1 || compression == 2)
     return make_error(ErrorCode::kInput, "run-length encoded BMPs are not read - save it as a PNG");
   if (!(width >= 1) || !(height >= 1) || bits < 1 || bits > 32)
     return make_error(ErrorCode::kInput, "the BMP's header is damaged");
   const double row = std::floor((width * bits + 31) / 32) * 4;  // bytes, a multiple of 4
-  if (static_cast<double>(little_endian(bytes, 10, 4)) + row * height >
+  if (static_cast<double>(read_little_endian(bytes, 10, 4)) + row * height >
       static_cast<double>(bytes.size()))
     return make_error(ErrorCode::kInput, "the BMP is truncated");
   return Ok{};

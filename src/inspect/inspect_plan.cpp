@@ -33,7 +33,7 @@ JsonValue describe_leg(const Leg& leg) {
       {"limbs", std::move(limbs)},
       {"mass_in_limbs", JsonValue::array({mass_share_in_limbs(plan.from_masses, plan.from_limbs),
                                           mass_share_in_limbs(plan.to_masses, plan.to_limbs)})},
-      {"turn_degrees", length(plan.alignment.turn) * kDegreesPerRadian},
+      {"turn_degrees", length(plan.alignment.rotation_vector) * kDegreesPerRadian},
       {"scale", plan.alignment.scale},
       {"strain", plan.alignment.strain},
       {"balls", JsonValue::array({plan.from.size(), plan.to.size()})},

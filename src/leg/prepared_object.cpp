@@ -20,7 +20,7 @@ Result<ObjectDistances> measure_distances(const PreparedObject& object,
         "{}: for {:.0f} % of the space around which its faces lie, inside and outside cannot be "
         "told apart (faces are open, or turned at random), so it is taken for a shell and given "
         "thickness; spheres.solidify fills it",
-        object.name, 100 * distances.undecided);
+        object.name, 100 * distances.undecided_fraction);
   if (!(distances.volume > 0))
     return make_error(ErrorCode::kInput,
                       "{}: the model encloses nothing that cells of {:.3g} show "

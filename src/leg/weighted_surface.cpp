@@ -55,8 +55,9 @@ std::vector<MixtureInput> list_inputs(const ShapeSpace& space, std::span<const f
 }
 
 Vec3d apply(const PathPart& similarity, Vec3d p) {
-  return similarity.to_center + (exp_rotation(similarity.turn) * (p - similarity.from_center)) *
-                                    exp_scalar(similarity.log_scale);
+  return similarity.to_center +
+         (exp_rotation(similarity.rotation_vector) * (p - similarity.from_center)) *
+             exp_scalar(similarity.log_scale);
 }
 
 /// Averages the objects' similarities by weight. `middle`: centre of the reference's box.
@@ -65,7 +66,7 @@ MeanSimilarity mean_similarity(const std::vector<MixtureInput>& inputs, Vec3d mi
   Vec3d turn;
   for (const MixtureInput& input : inputs) {
     mean.log_scale += input.weight * input.similarity.log_scale;
-    turn = turn + input.similarity.turn * input.weight;
+    turn = turn + input.similarity.rotation_vector * input.weight;
     mean.center = mean.center + apply(input.similarity, middle) * input.weight;
   }
   mean.rotation = exp_rotation(turn);
@@ -94,7 +95,7 @@ void mix_balls(const MorphPlan& plan, const std::vector<MixtureInput>& inputs, V
   for (std::size_t b = 0; b < balls.size(); ++b) {
     Vec3d offset;
     for (const MixtureInput& input : inputs) {
-      const Mat3 inv_rotation = transposed(exp_rotation(input.similarity.turn));
+      const Mat3 inv_rotation = transposed(exp_rotation(input.similarity.rotation_vector));
       const double weighted_inv_scale = exp_scalar(-input.similarity.log_scale) * input.weight;
       offset =
           offset +
@@ -138,7 +139,7 @@ MixedObject make_mixed_object(const MixtureInput& input, const Mixture& mixture)
                     /*linear=*/{}};
   const double log_scale = input.similarity.log_scale - mean.log_scale;
   mixed.scale = static_cast<float>(exp_scalar(-log_scale));
-  mixed.linear = scaled(exp_rotation(input.similarity.turn) * transposed(mean.rotation),
+  mixed.linear = scaled(exp_rotation(input.similarity.rotation_vector) * transposed(mean.rotation),
                         exp_scalar(log_scale));
   Regression regression = empty_regression(mixture);
   for (const Vec3d place : input.places)

@@ -30,7 +30,7 @@ Alignment path_alignment(const MorphPlan& plan) {
 /// The weight of a ball that contributes only the fraction `share` of the field of a ball of weight
 /// `w`.
 float strength(FieldKind kind, float w, float share) {
-  return visit(kind, [&](auto field) { return field.share_of_weight(w, share); });
+  return visit(kind, [&](auto field) { return field.scale_weight(w, share); });
 }
 
 /// The cube of a ball's size, a^-3/2, which is proportional to its volume.
@@ -160,7 +160,8 @@ void join_parts(const MorphPlan& plan, std::span<const float> eased, std::vector
   for (std::size_t e = 0; e < balls.size(); ++e) {
     progress.push_back(static_cast<double>(eased[e]));
     positions.emplace_back(balls[e].center);
-    rotations.push_back(exp_rotation(plan.parts[plan.paths->balls[e].part].turn * progress[e]));
+    rotations.push_back(
+        exp_rotation(plan.parts[plan.paths->balls[e].part].rotation_vector * progress[e]));
   }
   const std::vector<Vec3d> joined_positions =
       plan.graph->join_balls(positions, rotations, progress);
@@ -263,11 +264,11 @@ PathPart mean_path_part(const MorphPlan& plan) {
   for (std::size_t e = 0; e < plan.pairs.size(); ++e) {
     const PathPart& part = parts[plan.paths->balls[e].part];
     const double m = plan.pairs[e].mass;
-    mean.turn = mean.turn + part.turn * m;
+    mean.rotation_vector = mean.rotation_vector + part.rotation_vector * m;
     mean.log_scale += part.log_scale * m;
     mass += m;
   }
-  return {plan.alignment.from_center, plan.alignment.to_center, mean.turn * (1 / mass),
+  return {plan.alignment.from_center, plan.alignment.to_center, mean.rotation_vector * (1 / mass),
           mean.log_scale / mass};
 }
 
@@ -276,7 +277,8 @@ void set_ball_paths(MorphPlan& plan, RigidParts parts) {
   const Vec3d bow = plan.motion.path == Path::kBezier ? bow_vector(plan) : Vec3d{};
   BallPaths paths;
   for (const Alignment& part : plan.parts)
-    paths.parts.push_back({part.from_center, part.to_center, part.turn, exact::log(part.scale)});
+    paths.parts.push_back(
+        {part.from_center, part.to_center, part.rotation_vector, exact::log(part.scale)});
   paths.balls.resize(plan.pairs.size());
   for (std::size_t e = 0; e < paths.balls.size(); ++e) {
     const Pair& pair = plan.pairs[e];
@@ -424,7 +426,7 @@ std::vector<PairMaps> pair_maps(const MorphPlan& plan, float time) {
         const BallPath& path = plan.paths->balls[e];
         const auto u = static_cast<double>(eased[e]);
         const Alignment& alignment = plan.parts[path.part];
-        const Mat3 inv_rotation = transposed(exp_rotation(alignment.turn * u));
+        const Mat3 inv_rotation = transposed(exp_rotation(alignment.rotation_vector * u));
         // shape^1/2 maps an ellipsoid to a ball. The map to an end undoes the part's rotation, maps
         // the moving ellipsoid to a ball, and this ball to the ellipsoid at that end.
         Mat3 from = inv_rotation, to = inv_rotation;
@@ -459,7 +461,8 @@ Mat3 minus(Mat3 a, const Mat3& b) {
 
 PartMotion part_motion(const PathPart& part, double u) {
   const PartPose pose = part_pose_at(part, u);
-  return {pose, transposed(pose.rotation), exp_rotation(part.turn), exp_scalar(part.log_scale)};
+  return {pose, transposed(pose.rotation), exp_rotation(part.rotation_vector),
+          exp_scalar(part.log_scale)};
 }
 
 void set_linear(BallAttribute& attribute, Vec3 value, const Mat3& slope) {

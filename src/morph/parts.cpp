@@ -48,7 +48,7 @@ Alignment fit_part(const MorphPlan& plan, const std::vector<std::uint32_t>& memb
   const double weight = kAlignmentWeight * std::sqrt(from_square * to_square) + 1e-30;  // > 0
   for (std::size_t k = 0; k < 9; ++k) sum.m[k] += weight * plan.alignment.rotation.m[k];
   fit.rotation = nearest_rotation(sum);
-  fit.turn = log_rotation_near(fit.rotation, reference_turn);
+  fit.rotation_vector = log_rotation_near(fit.rotation, reference_turn);
   constexpr double kMaxScale = 4;
   fit.scale = from_square > 0 && to_square > 0
                   ? std::clamp(std::sqrt(to_square / from_square), 1 / kMaxScale, kMaxScale)
@@ -305,7 +305,7 @@ double measure_strain(const MorphPlan& plan, const RigidParts& parts) {
     const Alignment& part = parts.alignments[parts.part_of[e]];
     const Vec3d p = Vec3d(plan.from[plan.pairs[e].from].center) - part.from_center;
     const Vec3d q = Vec3d(plan.to[plan.pairs[e].to].center) - part.to_center;
-    rotations.push_back(exp_rotation(part.turn * 0.5));
+    rotations.push_back(exp_rotation(part.rotation_vector * 0.5));
     positions.push_back((part.from_center + part.to_center) * 0.5 +
                         rotations.back() * (p + transposed(part.rotation) * q * (1 / part.scale)) *
                             (0.5 * std::sqrt(part.scale)));
@@ -354,7 +354,7 @@ RigidParts make_rigid_parts(const MorphPlan& plan, std::vector<std::uint32_t> pa
   for (std::uint32_t k = 0; k < count; ++k)
     parts.alignments.push_back(members[k].empty() || (first_is_whole && k == 0)
                                    ? plan.alignment
-                                   : fit_part(plan, members[k], plan.alignment.turn));
+                                   : fit_part(plan, members[k], plan.alignment.rotation_vector));
   return parts;
 }
 
@@ -390,9 +390,10 @@ RigidParts refit_parts(const MorphPlan& plan, const MorphPlan& reference) {
   }
   const auto members = list_members(parts.part_of, reference.parts.size());
   for (std::size_t k = 0; k < members.size(); ++k)
-    parts.alignments.push_back(is_equal(reference.parts[k], reference.alignment)
-                                   ? plan.alignment
-                                   : fit_part(plan, members[k], reference.parts[k].turn));
+    parts.alignments.push_back(
+        is_equal(reference.parts[k], reference.alignment)
+            ? plan.alignment
+            : fit_part(plan, members[k], reference.parts[k].rotation_vector));
   return parts;
 }
 

@@ -31,7 +31,7 @@ Alignment fit_alignment(const MorphPlan& plan, const Mat3& rotation, AlignMethod
     fit.to_center = fit.to_center + Vec3d(plan.to[pair.to].center) * pair.mass;
   }
   fit.rotation = rotation;
-  fit.turn = log_rotation(rotation);
+  fit.rotation_vector = log_rotation(rotation);
   double from_square = 0, to_square = 0, product = 0;
   for (const Pair& pair : plan.pairs) {
     const Vec3d p = rotation * (Vec3d(plan.from[pair.from].center) - fit.from_center);
@@ -335,8 +335,12 @@ void swap_ends(MorphPlan& plan) {
     std::swap(pair.from_share, pair.to_share);
   }
   const Alignment fit = plan.alignment;
-  plan.alignment = {transposed(fit.rotation), fit.turn * -1.0, 1 / fit.scale, fit.to_center,
-                    fit.from_center,          fit.strain};
+  plan.alignment = {transposed(fit.rotation),
+                    fit.rotation_vector * -1.0,
+                    1 / fit.scale,
+                    fit.to_center,
+                    fit.from_center,
+                    fit.strain};
 }
 
 MorphPlan plan_morph(PlanSide from, PlanSide to, FieldKind kind, const PlanSettings& settings,

@@ -32,7 +32,7 @@ struct Alignment {
   Mat3 rotation;
   /// Rotation vector, axis times angle. It is stored because a half turn has two; the reversed plan
   /// needs the negative of this one.
-  Vec3d turn;
+  Vec3d rotation_vector;
   double scale = 1;
   Vec3d from_center, to_center;
   /// RMS distance that remains between paired balls, over the RMS size: 0 if one object is a

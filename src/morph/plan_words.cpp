@@ -13,9 +13,10 @@ namespace polymorph {
 std::string describe_rotation(const MorphPlan& plan) {
   constexpr double kDegrees = 180 / exact::kPi, kMinAngle = 5, kMinVertical = 0.999;
   if (plan.motion.path == Path::kStraight) return "";
-  const double angle = length(plan.alignment.turn) * kDegrees;
+  const double angle = length(plan.alignment.rotation_vector) * kDegrees;
   if (angle < kMinAngle) return "";
-  const bool upright = std::fabs(plan.alignment.turn.y) * kDegrees > kMinVertical * angle;
+  const bool upright =
+      std::fabs(plan.alignment.rotation_vector.y) * kDegrees > kMinVertical * angle;
   return fmt::format("turns by {:.0f} degrees about {}", angle,
                      upright ? "the vertical" : "a tilted axis (see plan.align)");
 }

@@ -26,7 +26,8 @@ Alignment posed_alignment(const MorphPlan& plan, const CarriedBalls& from, const
   if (!from.rotations.empty() || !to.rotations.empty()) {
     alignment.rotation = mean_rotation(to, plan.to_masses) * plan.alignment.rotation *
                          transposed(mean_rotation(from, plan.from_masses));
-    alignment.turn = log_rotation_near(alignment.rotation, plan.alignment.turn);
+    alignment.rotation_vector =
+        log_rotation_near(alignment.rotation, plan.alignment.rotation_vector);
   }
   alignment.from_center = alignment.to_center = {};
   for (const Pair& pair : plan.pairs) {

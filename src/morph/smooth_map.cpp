@@ -342,7 +342,7 @@ Result<Flow> flow_at(PlanMoment now, PlanMoment next, const BallSet& balls, floa
       limb_samples(next.plan, next.time, next_eased, next_balls);
   const std::vector<Vec3> next_places = landmark_positions(next.plan, next.time, next_balls);
   for (std::size_t l = 0; l < next_places.size(); ++l)
-    regression.landmarks[l].goal[0] = next_places[l] - regression.landmarks[l].place;
+    regression.landmarks[l].goal[0] = next_places[l] - regression.landmarks[l].position;
   // A flow has no affine term.
   regression.affine[0] = affine(Mat3{{0, 0, 0, 0, 0, 0, 0, 0, 0}}, /*offset=*/{});
   std::vector<Vec3d> displacements;

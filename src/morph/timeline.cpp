@@ -334,7 +334,7 @@ FilmTime film_time(const Scene& scene, double frame) {
   FilmTime time;
   time.frame = frame;
   time.share = count > 1 ? (frame - 1) / (count - 1) : 0;
-  time.turn = (frame - 1) / count;
+  time.loop_fraction = (frame - 1) / count;
   const Timeline timeline = lay_out(scene, scene.actors.front());
   const double step = frame - 1 - timeline.hold_start;
   if (timeline.legs.empty())  // keyframes count playback as the first leg

@@ -146,7 +146,8 @@ class KeyframeApplier {
 /// frame.
 float orbit_at(const Scene& scene, const FilmTime& time) {
   const auto orbit = static_cast<double>(scene.camera.orbit);
-  return static_cast<float>(orbit * (std::fmod(orbit, 360.0) == 0 ? time.turn : time.share));
+  return static_cast<float>(orbit *
+                            (std::fmod(orbit, 360.0) == 0 ? time.loop_fraction : time.share));
 }
 
 }  // namespace

@@ -43,10 +43,10 @@ struct KeyframeTrack {
 
 /// A time of the film in all units of keys, computed by film_time() (morph/timeline.h).
 struct FilmTime {
-  double share = 0;  ///< KeyUnit::kShare
-  double frame = 1;  ///< KeyUnit::kFrame
-  double leg = 1;    ///< KeyUnit::kLeg
-  double turn = 0;   ///< fraction of a loop; 1 is the frame that would follow the last
+  double share = 0;          ///< KeyUnit::kShare
+  double frame = 1;          ///< KeyUnit::kFrame
+  double leg = 1;            ///< KeyUnit::kLeg
+  double loop_fraction = 0;  ///< fraction of a loop; 1 is the frame that would follow the last
 };
 
 /// Evaluates a track. kSmooth is a monotone cubic per component (Fritsch and Carlson 1980, slopes

@@ -215,7 +215,7 @@ std::vector<CacheEntry> verify_cache(const fs::path& folder) {
   return entries;
 }
 
-CacheCleaning gc_cache(const fs::path& folder, std::uint64_t max_bytes, double max_age) {
+CacheCleaning trim_cache(const fs::path& folder, std::uint64_t max_bytes, double max_age) {
   const std::vector<CacheEntry> entries = list_cache(folder);
   std::vector<std::size_t> youngest_first(entries.size());
   for (std::size_t i = 0; i < entries.size(); ++i) youngest_first[i] = i;

@@ -57,8 +57,8 @@ struct CacheCleaning {
 };
 
 /// Removes files older than `max_age` seconds, then the oldest until at most `max_bytes` remain.
-CacheCleaning gc_cache(const std::filesystem::path& folder, std::uint64_t max_bytes,
-                       double max_age);
+CacheCleaning trim_cache(const std::filesystem::path& folder, std::uint64_t max_bytes,
+                         double max_age);
 /// Removes all files that list_cache() lists.
 CacheCleaning clear_cache(const std::filesystem::path& folder);
 

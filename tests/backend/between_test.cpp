@@ -300,7 +300,7 @@ TEST_P(BetweenTest, RegressionTakesLandmarksWhereTheyBelong) {
   const auto plain = random_map(40, 0.5f, 5, true);
   const auto map = map_with_landmarks(*plain, 12, 0.3f, 9);
   std::vector<Vec3> places;
-  for (const RegressionLandmark& landmark : map->landmarks) places.push_back(landmark.place);
+  for (const RegressionLandmark& landmark : map->landmarks) places.push_back(landmark.position);
   const std::vector<AttributeValues> met = regress(map, places), before = regress(plain, places);
   for (std::size_t l = 0; l < places.size(); ++l)
     for (std::size_t m = 0; m < 2; ++m) {
@@ -315,7 +315,7 @@ TEST_P(BetweenTest, RegressionTakesLandmarksWhereTheyBelong) {
   const std::vector<Vec3> corner{{-1.95f, -1.95f, 1.95f}};
   auto one = std::make_shared<Regression>(*map);
   one->landmarks.resize(1);
-  one->landmarks[0].place = {0.5f, 0.5f, -0.5f};
+  one->landmarks[0].position = {0.5f, 0.5f, -0.5f};
   EXPECT_EQ(regress(one, corner)[0].v[0], regress(plain, corner)[0].v[0]);
 }
 

@@ -261,7 +261,7 @@ TEST(FieldKinds, a_ball_of_a_sphere_is_at_its_radius_and_all_forms_agree) {
       }
       // Half of the value, and twice the level.
       Ball half = ball;
-      half.w = field.share_of_weight(ball.w, 0.5f);
+      half.w = field.scale_weight(ball.w, 0.5f);
       EXPECT_NEAR(to_double(field.log_value(half, at(0.7f))), std::log(0.5), 1e-5) << field.kName;
       Ball lower = ball;
       field.rescale(lower, 2);

@@ -77,9 +77,9 @@ inline std::shared_ptr<const Regression> map_with_landmarks(const Regression& ma
   auto out = std::make_shared<Regression>(map);
   for (int i = 0; i < count; ++i) {
     RegressionLandmark landmark;
-    landmark.place = offset();
+    landmark.position = offset();
     landmark.deviation = 0.3f;
-    for (Vec3& goal : landmark.goal) goal = landmark.place + stir * offset();
+    for (Vec3& goal : landmark.goal) goal = landmark.position + stir * offset();
     out->landmarks.push_back(landmark);
   }
   return out;

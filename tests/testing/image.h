@@ -39,7 +39,7 @@ inline Image read_back(const std::string& name, const std::string& bytes,
   return image ? *std::move(image) : Image{};
 }
 
-inline std::string big_endian(std::uint32_t value) {
+inline std::string read_big_endian(std::uint32_t value) {
   std::string bytes;
   for (int shift = 24; shift >= 0; shift -= 8) bytes += static_cast<char>(value >> shift & 255u);
   return bytes;
@@ -49,8 +49,8 @@ inline std::string png_chunk(const std::string& type, const std::string& data) {
   const std::string body = type + data;
   const auto sum =
       crc32(0, reinterpret_cast<const Bytef*>(body.data()), static_cast<uInt>(body.size()));
-  return big_endian(static_cast<std::uint32_t>(data.size())) + body +
-         big_endian(static_cast<std::uint32_t>(sum));
+  return read_big_endian(static_cast<std::uint32_t>(data.size())) + body +
+         read_big_endian(static_cast<std::uint32_t>(sum));
 }
 
 /// Returns a PNG made of raw rows (without their filter bytes). `bits`: per channel; `color`: 0
@@ -64,8 +64,8 @@ inline std::string make_png(int width, int height, int bits, int color,
   compress(reinterpret_cast<Bytef*>(packed.data()), &size,
            reinterpret_cast<const Bytef*>(raw.data()), raw.size());
   packed.resize(size);
-  std::string header = big_endian(static_cast<std::uint32_t>(width)) +
-                       big_endian(static_cast<std::uint32_t>(height));
+  std::string header = read_big_endian(static_cast<std::uint32_t>(width)) +
+                       read_big_endian(static_cast<std::uint32_t>(height));
   header += {static_cast<char>(bits), static_cast<char>(color), 0, 0, 0};
   return "\x89PNG\r\n\x1a\n" + png_chunk("IHDR", header) +
          (palette.empty() ? "" : png_chunk("PLTE", palette)) + png_chunk("IDAT", packed) +

@@ -470,16 +470,18 @@ TEST(ReadImage, EntriesThatShowPixelsDifferentlyAreKept) {
     constexpr std::size_t kAfterHeader = 33;
     return read_image(folder.write("x.png", std::string(png).insert(kAfterHeader, chunk)));
   };
-  EXPECT_NEAR(entry(with_chunk(png_chunk("gAMA", big_endian(100000))), kGammaAttribute), 1, 1e-6);
-  EXPECT_EQ(entry(with_chunk(png_chunk("gAMA", big_endian(45455))), kGammaAttribute), 0)
+  EXPECT_NEAR(entry(with_chunk(png_chunk("gAMA", read_big_endian(100000))), kGammaAttribute), 1,
+              1e-6);
+  EXPECT_EQ(entry(with_chunk(png_chunk("gAMA", read_big_endian(45455))), kGammaAttribute), 0)
       << "sRGB's";
-  EXPECT_EQ(entry(with_chunk(png_chunk("gAMA", big_endian(100000)) + png_chunk("sRGB", {"\0", 1})),
-                  kGammaAttribute),
-            0)
+  EXPECT_EQ(
+      entry(with_chunk(png_chunk("gAMA", read_big_endian(100000)) + png_chunk("sRGB", {"\0", 1})),
+            kGammaAttribute),
+      0)
       << "sRGB overrides it";
   const std::string exif("II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0\x06\0\0\0\0\0\0\0", 26);
   EXPECT_EQ(entry(with_chunk(png_chunk("eXIf", exif)), kOrientationAttribute), 6);
-  const std::string size = big_endian(2000) + big_endian(1000) + std::string(1, '\0');
+  const std::string size = read_big_endian(2000) + read_big_endian(1000) + std::string(1, '\0');
   EXPECT_EQ(entry(with_chunk(png_chunk("pHYs", size)), kPixelAspectAttribute), 0.5);
 }
 
@@ -500,7 +502,7 @@ TEST(ReadImage, ColorProfilesAndPrimariesAreKept) {
   const auto primaries = [](std::uint32_t red_x) {
     std::string bytes;
     for (const std::uint32_t v : {31270u, 32900u, red_x, 33000u, 30000u, 60000u, 15000u, 6000u})
-      bytes += big_endian(v);
+      bytes += read_big_endian(v);
     return png_chunk("cHRM", bytes);
   };
   EXPECT_EQ(text_of(with_chunk(primaries(64000)), kColorPrimariesAttribute), "") << "sRGB's";
@@ -510,7 +512,7 @@ TEST(ReadImage, ColorProfilesAndPrimariesAreKept) {
   const auto coding = [](const char(&numbers)[5]) {
     return png_chunk("cICP", std::string(numbers, 4));
   };
-  const std::string gamma = png_chunk("gAMA", big_endian(100000));
+  const std::string gamma = png_chunk("gAMA", read_big_endian(100000));
   const auto wide = with_chunk(coding("\x09\x10\x00\x01") + gamma + primaries(66000));
   EXPECT_EQ(text_of(wide, kColorProfileAttribute), "cICP 9 16 0 1");
   EXPECT_EQ(text_of(wide, kColorPrimariesAttribute), "");

@@ -100,7 +100,7 @@ TEST(Registration, NothingIsDrawnWhereNormalsDisagree) {
   for (Pair& pair : leg.plan.pairs)
     pair.to = static_cast<std::uint32_t>(leg.plan.to.size() - 1 - pair.from);
   leg.plan.alignment.rotation = {};
-  leg.plan.alignment.turn = {};
+  leg.plan.alignment.rotation_vector = {};
   leg.plan.motion.path = Path::kStraight;
   set_paths(leg.plan);
   const auto registration = register_surfaces(leg, *engine);

@@ -91,10 +91,10 @@ TEST(Facing, MatchesEachTurnOnce) {
   LimbPlan limbs{find_limbs(animal(2, 0.9f)), find_limbs(turn(animal(1.4f, 0.5f), 1))};
   const auto angle = find_facing(limbs, 0);
   ASSERT_TRUE(angle);
-  EXPECT_EQ(limbs.searched.size(), 2u);
+  EXPECT_EQ(limbs.matches_by_angle.size(), 2u);
   // A plan asks from the rotation that it turns by.
   const LimbMatch again = match_at(limbs, log_rotation(about_vertical(*angle)).y);
-  EXPECT_EQ(limbs.searched.size(), 2u);
+  EXPECT_EQ(limbs.matches_by_angle.size(), 2u);
   EXPECT_EQ(again.cost,
             match_limbs(limbs.from, limbs.to, log_rotation(about_vertical(*angle)).y).cost);
 }
@@ -157,7 +157,7 @@ TEST(Facing, LimbsOfTurnedFiguresKeepTheirNames) {
 TEST(Facing, PlansNameLimbsInOneFrame) {
   const std::vector<Ball> a = animal(2, 0.9f), b = turn(animal(0.9f, 1.4f), exact::kPi);
   const MorphPlan plan = plan_morph({a, {}, {}}, {b, {}, {}}, FieldKind::kGaussian, {});
-  ASSERT_LT(difference(plan.alignment.turn.y, exact::kPi), 25 * kDegree);
+  ASSERT_LT(difference(plan.alignment.rotation_vector.y, exact::kPi), 25 * kDegree);
   EXPECT_GE(plan.limb_names.size(), 5u);
   for (const auto& [from, to] : plan.limb_names) EXPECT_EQ(from, to);
 }
@@ -165,11 +165,11 @@ TEST(Facing, PlansNameLimbsInOneFrame) {
 TEST(Facing, PlansTurnByIt) {
   const std::vector<Ball> a = animal(2, 0.9f), b = turn(animal(1.4f, 0.5f), exact::kPi);
   const MorphPlan plan = plan_morph({a, {}, {}}, {b, {}, {}}, FieldKind::kGaussian, {});
-  EXPECT_LT(difference(plan.alignment.turn.y, exact::kPi), 15 * kDegree);
+  EXPECT_LT(difference(plan.alignment.rotation_vector.y, exact::kPi), 15 * kDegree);
   PlanSide source{a, {}, {}}, target{b, {}, {}};
   source.front = 90 * kDegree, target.front = 60 * kDegree;
   const MorphPlan given = plan_morph(source, target, FieldKind::kGaussian, {});
-  EXPECT_LT(difference(given.alignment.turn.y, -30 * kDegree), 1e-6);
+  EXPECT_LT(difference(given.alignment.rotation_vector.y, -30 * kDegree), 1e-6);
 }
 
 }  // namespace

@@ -291,7 +291,9 @@ TEST(TransportPlan, LandmarksOverruleNearness) {
 
 /// Whether a plan from an object to a copy that is turned about the vertical, and of other shape at
 /// one end, turns by so much.
-double turn_of(const MorphPlan& plan) { return plan.alignment.turn.y * 57.29577951308232; }
+double turn_of(const MorphPlan& plan) {
+  return plan.alignment.rotation_vector.y * 57.29577951308232;
+}
 
 TEST(TransportPlan, LandmarksDoNotHoldATurnBack) {
   const Mat3 turn = exp_rotation({0, 1.5, 0});
@@ -325,7 +327,7 @@ TEST(TransportPlan, ThreeLandmarksGiveTheTurn) {
     }
     PlanSettings settings;
     settings.align = align;
-    return plan_morph(a, b, FieldKind::kGaussian, settings).alignment.turn.y;
+    return plan_morph(a, b, FieldKind::kGaussian, settings).alignment.rotation_vector.y;
   };
   for (const double angle : {0.4, -2.0, 3.0}) {
     EXPECT_NEAR(turn_with(angle, 3, AlignMethod::kSimilarity), angle, 1e-5);

@@ -10,9 +10,9 @@ namespace {
 TEST(PlanWords, SayTheTurn) {
   MorphPlan plan;
   EXPECT_EQ(describe_rotation(plan), "");
-  plan.alignment.turn = {0, -exact::kPi / 2, 0};
+  plan.alignment.rotation_vector = {0, -exact::kPi / 2, 0};
   EXPECT_EQ(describe_rotation(plan), "turns by 90 degrees about the vertical");
-  plan.alignment.turn = {0.5, 0.5, 0};
+  plan.alignment.rotation_vector = {0.5, 0.5, 0};
   EXPECT_EQ(describe_rotation(plan), "turns by 41 degrees about a tilted axis (see plan.align)");
   plan.motion.path = Path::kStraight;
   EXPECT_EQ(describe_rotation(plan), "");

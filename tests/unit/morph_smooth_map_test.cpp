@@ -165,7 +165,7 @@ TEST(SmoothMap, LandmarksReachBeyondAllBalls) {
   MorphPlan plan = plan_with_landmarks(Path::kStraight, Stagger::kNone);
   plan.landmarks[0].to = {0, 4, 0};
   const FrameMap map = frame_map(plan, 0.5f, balls_at(plan, 0.5f), kObjectSize);
-  const Vec3 place = map.regression->landmarks[0].place;
+  const Vec3 place = map.regression->landmarks[0].position;
   EXPECT_GT(place.y, 2);
   EXPECT_GT(map.box.high.y, place.y);
   const PullBack met = pulled(plan, 0.5f, {place});

@@ -223,18 +223,18 @@ TEST_F(FilmTest, ATurntableShowsOneFrameFromAllSides) {
 
 TEST_F(FilmTest, JobsFillTheThreads) {
   set_thread_count(16);
-  EXPECT_EQ(jobs_for(1920, 1080, 100), 1);
-  EXPECT_GT(jobs_for(320, 240, 100), 1);
-  EXPECT_LE(jobs_for(16, 16, 100), 16);
-  EXPECT_EQ(jobs_for(16, 16, 1), 1);
+  EXPECT_EQ(cpu_jobs(1920, 1080, 100), 1);
+  EXPECT_GT(cpu_jobs(320, 240, 100), 1);
+  EXPECT_LE(cpu_jobs(16, 16, 100), 16);
+  EXPECT_EQ(cpu_jobs(16, 16, 1), 1);
 }
 
 TEST(JobsForDevices, AreTwoToFourEachByThreads) {
   set_thread_count(16);
-  EXPECT_EQ(jobs_for_devices(1), 4);
-  EXPECT_EQ(jobs_for_devices(2), 8);
-  EXPECT_EQ(jobs_for_devices(5), 15);
-  EXPECT_EQ(jobs_for_devices(16), 32);
+  EXPECT_EQ(gpu_jobs(1), 4);
+  EXPECT_EQ(gpu_jobs(2), 8);
+  EXPECT_EQ(gpu_jobs(5), 15);
+  EXPECT_EQ(gpu_jobs(16), 32);
   set_thread_count(0);
 }
 

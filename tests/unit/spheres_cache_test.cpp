@@ -302,16 +302,16 @@ TEST_F(Cache, GcRemovesWhatIsOldAndThenTheOldest) {
   };
   fill();
   const std::uint64_t size = list_cache(cache_)[0].bytes;
-  CacheCleaning cleaning = gc_cache(cache_, 1000 * size, 3.5 * 86400);
+  CacheCleaning cleaning = trim_cache(cache_, 1000 * size, 3.5 * 86400);
   EXPECT_EQ(cleaning.removed, 2u);
   EXPECT_EQ(cleaning.kept, 3u);
   EXPECT_EQ(list_cache(cache_)[0].key[0], 'c');
   fill();
-  cleaning = gc_cache(cache_, 2 * size + 1, 1e9);
+  cleaning = trim_cache(cache_, 2 * size + 1, 1e9);
   EXPECT_EQ(cleaning.removed, 3u);
   EXPECT_EQ(cleaning.kept_bytes, 2 * size);
   EXPECT_EQ(list_cache(cache_)[0].key[0], 'd') << "the oldest went first";
-  EXPECT_EQ(gc_cache(cache_, 0, 1e9).kept, 0u);
+  EXPECT_EQ(trim_cache(cache_, 0, 1e9).kept, 0u);
 }
 
 class CacheFolder : public testing::Test {

@@ -133,7 +133,7 @@ Result<int> collect_garbage(const CommandLine& line, const CacheOptions& options
   // Without --max-size `bytes` is infinite, beyond the range of the integer, which ends at 1.8e19.
   constexpr auto kMax = std::numeric_limits<std::uint64_t>::max();
   const std::uint64_t max_bytes = bytes < 1e19 ? static_cast<std::uint64_t>(bytes) : kMax;
-  return report_cleaning(folder, gc_cache(folder, max_bytes, age), options);
+  return report_cleaning(folder, trim_cache(folder, max_bytes, age), options);
 }
 
 Result<int> remove_entries(const CommandLine& line, const CacheOptions& options) {

@@ -67,7 +67,7 @@ std::string render_command(const CommandLine& line, const StatusOptions& options
 /// render the missing samples, or merge the parts.
 std::string next_step(const CommandLine& line, const std::string& output,
                       const PartialFrames& group) {
-  const std::string frames = frame_list(group.frames);
+  const std::string frames = format_frame_list(group.frames);
   if (!group.is_complete()) {
     std::string ranges;
     for (const SampleRange& range : missing_ranges(group.ranges, group.total()))
@@ -113,14 +113,14 @@ Result<int> run_status(const CommandLine& line, const StatusOptions& options) {
     if (state.state != FileState::kCurrent)
       incomplete.insert(incomplete.end(), matching.begin(), matching.end());
     if (!options.json.enabled && !(matching.empty() && state.state != FileState::kCurrent))
-      print_data("{:<10} {:>6}  {}\n", state.name, matching.size(), frame_list(matching));
+      print_data("{:<10} {:>6}  {}\n", state.name, matching.size(), format_frame_list(matching));
   }
   if (incomplete.empty()) return 0;
   // Log the next steps: first for frames with parts, then for those that must be rendered.
   for (const PartialFrames& group : partial_groups) {
     if (!options.json.enabled)
       print_data("{:<10} {:>6}  {}: {} of {}\n", "samples", group.frames.size(),
-                 frame_list(group.frames), format_samples(group.ranges), group.total());
+                 format_frame_list(group.frames), format_samples(group.ranges), group.total());
     std::erase_if(incomplete, [&](int frame) {
       return std::binary_search(group.frames.begin(), group.frames.end(), frame);
     });
@@ -129,7 +129,7 @@ Result<int> run_status(const CommandLine& line, const StatusOptions& options) {
   std::sort(incomplete.begin(), incomplete.end());
   if (!incomplete.empty())
     log_info("to complete it: {} -f {} --skip-existing", render_command(line, options, output),
-             frame_list(incomplete));
+             format_frame_list(incomplete));
   return static_cast<int>(ErrorCode::kAnswerNo);
 }
 

@@ -95,8 +95,8 @@ Result<PreparedScene> prepare_scene(const Scene& scene, Engine& engine,
   prepared.inputs = recorder.files();
   prepared.provenance = encode_provenance(make_provenance(scene, prepared.inputs));
   // Hash everything that decides the frames.
-  prepared.hashes = hash_sequence(
-      {scene, chain, loaded.models, prepared.environment.get(), loaded.placings, loaded.sequences});
+  prepared.hashes = hash_sequence({scene, chain, loaded.models, prepared.environment.get(),
+                                   loaded.placements, loaded.sequences});
   // Outline each actor: its timeline, box, cells and labels.
   PM_TRY(const std::vector<ActorOutline> outlines, outline_actors(scene, chain, loaded));
   for (const ActorOutline& outline : outlines) prepared.box = unite(prepared.box, outline.box);

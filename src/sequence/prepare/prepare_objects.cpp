@@ -244,7 +244,7 @@ Result<std::vector<ObjectList>> make_objects(const Preparation& preparation,
       object.front = front_azimuth(chain[next]);
       const bool is_moving = !outline.sequence && loaded.sequences[next];
       object.model = std::move(is_moving ? loaded.references[next] : loaded.models[next]);
-      object.to_scene = loaded.placings[next].to_scene;
+      object.to_scene = loaded.placements[next].to_scene;
       object.landmarks = landmarks[next];
       object.label_numbers = label_numbers(object.model.label_names, outline.label_names);
       if (making.morphs) making.spheres = choose_spheres(preparation, settings, object);
