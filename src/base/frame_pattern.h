@@ -16,6 +16,7 @@ struct FramePattern {
   std::string before, after;  ///< the path before and after the number, with "%%" as "%"
   int digits = 0;  ///< minimum number of digits; 0: no place for a number, `before` is the path
   bool has_number() const { return digits > 0; }
+  bool empty() const { return before.empty() && !has_number(); }  ///< names no file
 };
 
 /// Parses a pattern. Errors (kUsage): a single '#', two places for the number, a place in a

@@ -173,11 +173,9 @@ Status bench_surface(Bench& bench, const std::string& device, Engine& engine, Me
   ExtractSettings settings;
   settings.field = file.kind;
   // Make the grid: that of the torus, or one that fits the surface of a file's balls.
-  Box box;
-  for (const Ball& ball : balls) box = extend(box, ball.center);
   Grid grid = bench_grid(bench.settings.grid);
   if (!bench.settings.ball_file.empty()) {
-    box = surface_bounds(balls.balls(), settings);
+    const Box box = surface_bounds(balls.balls(), settings);
     const Vec3 size = box.high - box.low;
     PM_TRY(grid, fit_grid(box, std::max({size.x, size.y, size.z}) /
                                    static_cast<float>(bench.settings.grid - 1)));

@@ -47,16 +47,8 @@ std::uint64_t peak_memory_bytes() {
 std::vector<fs::path> list_files(const SequenceSettings& settings, int frame) {
   std::vector<fs::path> files;
   for (const FramePattern* pattern : {&settings.exr, &settings.png})
-    if (!pattern->before.empty() || pattern->has_number())
-      files.push_back(frame_path(*pattern, frame));
+    if (!pattern->empty()) files.push_back(frame_path(*pattern, frame));
   return files;
-}
-
-bool has_exr(const SequenceSettings& settings) {
-  return !settings.exr.before.empty() || settings.exr.has_number();
-}
-bool has_png(const SequenceSettings& settings) {
-  return !settings.png.before.empty() || settings.png.has_number();
 }
 
 /// Checks before any work that no file is a folder, that no file exists unless the settings permit
@@ -101,9 +93,9 @@ Status write_frame(const Image& image, const SequenceSettings& settings, const S
                    int frame, const std::optional<ViewTransform>& view) {
   const PngSettings png = png_settings(scene, frame);
   const ExrSettings exr = settings.part ? ExrSettings{} : exr_settings(scene);
-  if (has_exr(settings))
+  if (!settings.exr.empty())
     PM_TRY_STATUS(write_image(frame_path(settings.exr, frame), image, png, exr));
-  if (has_png(settings))
+  if (!settings.png.empty())
     PM_TRY_STATUS(write_png(image, frame_path(settings.png, frame), png, settings, view));
   return Ok{};
 }
@@ -155,7 +147,7 @@ class SequenceRun {
     PM_TRY_STATUS(
         check_picture_memory(scene.image, picture_count, settings_.max_memory, settings_.part));
     if (scene.image.denoise) PM_TRY_STATUS(check_denoiser());
-    if (has_png(settings_) && !settings_.view.empty()) {
+    if (!settings_.png.empty() && !settings_.view.empty()) {
       PM_TRY(view_, ViewTransform::open(settings_.view));
     }
     // Prepare the scene while the tracers open.
@@ -179,7 +171,7 @@ class SequenceRun {
     report_.isa = tracers_.front()->renderer->isa();
     report_.scene_hash = prepared_.hashes.scene;
     report_.provenance = make_provenance(scene, prepared_.inputs);
-    if (!has_exr(settings_)) prepared_.scene.image.aovs = "none";  // PNG has no layers
+    if (settings_.exr.empty()) prepared_.scene.image.aovs = "none";  // PNG has no layers
     // Render the frames.
     report_.frames.resize(settings_.frames.size());
     const Stopwatch frames_stopwatch;
@@ -408,29 +400,20 @@ class SequenceRun {
     Status first_error = Ok{};
     for (const std::size_t index : tracing.indices) {
       FrameRecord& record = report_.frames[index];
-      if (index == tracing.indices.front()) {
-        record.balls = traced.surfaces.balls;
-        record.vertices = traced.surfaces.vertices;
-        record.triangles = traced.surfaces.triangles;
-        record.digest = traced.surfaces.digest;
+      record.balls = traced.surfaces.balls;
+      record.vertices = traced.surfaces.vertices;
+      record.triangles = traced.surfaces.triangles;
+      record.digest = traced.surfaces.digest;
+      const bool is_repeat = index != tracing.indices.front();
+      if (!is_repeat) {
         record.surface_seconds = traced.surfaces.seconds;
         record.trace_seconds = traced.seconds;
         record.seconds = record.surface_seconds + traced.seconds;
-      } else {
-        copy_measures(report_.frames[tracing.indices.front()], record);
       }
-      Status status = begin_writing(index, image, index != tracing.indices.front());
+      Status status = begin_writing(index, image, is_repeat);
       if (first_error) first_error = std::move(status);
     }
     return first_error;
-  }
-
-  /// Copies the measures of the traced frame to one with identical pixels.
-  static void copy_measures(const FrameRecord& traced, FrameRecord& record) {
-    record.balls = traced.balls;
-    record.vertices = traced.vertices;
-    record.triangles = traced.triangles;
-    record.digest = traced.digest;
   }
 
   /// Starts to write a frame. If all writers are busy, first finishes the oldest write, and returns
@@ -603,7 +586,7 @@ Status check_part(const Scene& scene, const FrameFiles& files) {
     return refuse(
         "denoising needs all samples at once - render with --set image.denoise=false, and denoise "
         "the merged picture");
-  if (!files.png.before.empty() || files.png.has_number())
+  if (!files.png.empty())
     return refuse(
         "a part is an EXR file; a PNG cannot hold its sums - name an .exr file, without --png, and "
         "with --set output.png=false where the scene asks for PNG files");

@@ -104,7 +104,7 @@ std::vector<FileState> frame_states(const FrameFiles& files, std::span<const int
   parallel_for(static_cast<std::int64_t>(frames.size()), [&](std::int64_t i) {
     const auto index = static_cast<std::size_t>(i);
     for (const FramePattern* pattern : {&files.exr, &files.png}) {
-      if (pattern->before.empty() && !pattern->has_number()) continue;
+      if (pattern->empty()) continue;
       const FileState state = file_state(
           frame_path(*pattern, frames[index]),
           {expected.frames[index], frames[index], expected.output, expected.view, std::nullopt});

@@ -93,9 +93,8 @@ void print_plan(const RunReport& report, const SequenceSettings& settings) {
   const auto skipped = report.count(FrameRecord::State::kSkipped);
   const FrameEstimate estimate = report.estimate.value_or(FrameEstimate{});
   // The pattern of a format that is not written is empty.
-  const auto is_written = [](const FramePattern& p) { return !p.before.empty() || p.has_number(); };
-  const double frame_bytes = (is_written(settings.exr) ? estimate.exr_bytes : 0) +
-                             (is_written(settings.png) ? estimate.png_bytes : 0);
+  const double frame_bytes = (settings.exr.empty() ? 0 : estimate.exr_bytes) +
+                             (settings.png.empty() ? 0 : estimate.png_bytes);
   const double prepare_seconds = report.prepare_seconds + estimate.fit_seconds;
   log_info(
       "{} to render{}: about {} on {} ({} a frame, {} to prepare), {} on disk, {} "
