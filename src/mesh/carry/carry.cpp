@@ -81,7 +81,8 @@ class Carrier {
   bool map_patches(std::size_t k, const CarryTarget& target, CarryMeasure& m, bool may_divide);
   CarryMeasure measure_repaired(const MovedMesh& mesh, const CarryTarget& target);
   void keep_better_regions(std::size_t k, Points candidate, CarryMeasure after, CarryMeasure& m);
-  void spread(std::size_t k, const CarryTarget& target, CarryMeasure& m, int rings);
+  void spread(std::size_t k, const CarryTarget& target, CarryMeasure& m,
+              std::span<const int> rings);
   void halve_at_other_times(std::size_t k, const Halved& halved);
   CarryMeasure improve(std::size_t k, const CarryTarget& target,
                        const std::vector<std::uint32_t>& new_triangles, const CarryMeasure& last);
@@ -259,25 +260,36 @@ void Carrier::keep_better_regions(std::size_t k, Points candidate, CarryMeasure 
   if (is_better(after, m)) m = std::move(after), points_[k] = std::move(candidate);
 }
 
-/// Spreads the points around inverted triangles at time `k`, and keeps the result where it is
-/// better.
-void Carrier::spread(std::size_t k, const CarryTarget& target, CarryMeasure& m, int rings) {
-  if (m.inverted.empty() || !keep_going()) return;
+/// Spreads the points around inverted triangles at time `k`, in turn with each of the numbers of
+/// rings, and keeps the results where they are better. Each attempt begins with the last result,
+/// even if that was worse: regions of many small triangles seldom unfold at once.
+void Carrier::spread(std::size_t k, const CarryTarget& target, CarryMeasure& m,
+                     std::span<const int> rings) {
   Points points = points_[k];
-  spread_points(view(points), target, m.inverted, m.near, rings);
-  CarryMeasure after = measure_repaired(view(points), target);
-  log_debug("time {}: spread {} inverted, badness {:.2f} after {:.2f}", k, m.inverted.size(),
-            after.badness, m.badness);
-  keep_better_regions(k, std::move(points), std::move(after), m);
+  CarryMeasure last = m;
+  for (const int ring_count : rings) {
+    if (m.inverted.empty() || last.inverted.empty() || !keep_going()) return;
+    spread_points(view(points), target, last.inverted, last.near, ring_count);
+    last = measure_repaired(view(points), target);
+    log_debug("time {}: spread {} rings, badness {:.2f} after {:.2f}", k, ring_count, last.badness,
+              m.badness);
+    keep_better_regions(k, points, last, m);
+  }
 }
 
 /// Maps the patches around inverted or distant triangles at time `k`, which `m` measures. Keeps the
 /// result, with its measurement in `m`, if it is better. Returns whether it has divided triangles.
 bool Carrier::map_patches(std::size_t k, const CarryTarget& target, CarryMeasure& m,
                           bool may_divide) {
+  static constexpr int kPatchRings[] = {3, 4, 6, 8, 12, 16}, kDividedPatchRings[] = {3, 6, 12},
+                       kSpreadRings[] = {3, 6, 12, 6, 12}, kDividedSpreadRings[] = {3};
   bool is_divided = false;
-  for (const int rings : {3, 6}) spread(k, target, m, rings);
-  for (const int rings : {3, 4, 6, 8, 12, 16}) {
+  spread(
+      k, target, m,
+      may_divide ? std::span<const int>(kDividedSpreadRings) : std::span<const int>(kSpreadRings));
+  // The more rings, the more often the borders of a patch lie where they can be mapped. Where
+  // division may help as well, fewer sizes are tried.
+  for (const int rings : may_divide ? std::span<const int>(kDividedPatchRings) : kPatchRings) {
     if (rings > 3 && may_divide && m.badness < kSmallBadness) break;
     std::vector<std::uint32_t> seeds = m.inverted;
     for (std::uint32_t f = 0; f < triangles_.size(); ++f)
