@@ -20,6 +20,39 @@ ClosestPoint MeshQuery::closest(Vec3 from, std::uint32_t hint) const {
   return hit.triangle == ClosestPoint::kNoTriangle ? tree.closest(from) : hit;
 }
 
+std::optional<ClosestPoint> MeshQuery::walk_to_closest(Vec3 from, std::uint32_t start) const {
+  constexpr int kMaxSteps = 12;
+  const auto weights_in = [&](std::uint32_t f) {
+    const Triangle& t = triangles[f];
+    return closest_on_triangle(from, points[t.v[0]], points[t.v[1]], points[t.v[2]]);
+  };
+  const auto point_in = [&](std::uint32_t f, const TriangleWeights& w) {
+    const Triangle& t = triangles[f];
+    const Vec3 a = points[t.v[0]];
+    return a + (points[t.v[1]] - a) * static_cast<float>(w.b) +
+           (points[t.v[2]] - a) * static_cast<float>(w.c);
+  };
+  TriangleWeights w = weights_in(start);
+  ClosestPoint best{point_in(start, w), 0, start};
+  best.distance = length(best.point - from);
+  for (int step = 0; step < kMaxSteps; ++step) {
+    if (w.a > 0 && w.b > 0 && w.c > 0) return best;
+    // The closest point lies on a side or at a corner: look at the triangles around one of its
+    // ends.
+    const std::uint32_t f = best.triangle;
+    const int corner = w.a >= w.b && w.a >= w.c ? 0 : w.b >= w.c ? 1 : 2;
+    for (const std::uint32_t g : fans->around(triangles[f].v[corner])) {
+      if (g == f) continue;
+      const TriangleWeights v = weights_in(g);
+      const Vec3 point = point_in(g, v);
+      const float distance = length(point - from);
+      if (distance < best.distance) best = {point, distance, g}, w = v;
+    }
+    if (best.triangle == f) return best;
+  }
+  return std::nullopt;
+}
+
 std::vector<ClosestPoint> MeshQuery::closest(std::span<const Vec3> from,
                                              std::vector<std::uint32_t>& hints) const {
   hints.resize(from.size(), ClosestPoint::kNoTriangle);

@@ -31,8 +31,7 @@ struct CarryFault {
 struct CarriedMesh {
   std::vector<Triangle> triangles;
   /// Positions of the points, per time. The work ends at a time where the mesh stays more than
-  /// three limits from the surface; the times not reached then have no points, and
-  /// only that time has a fault.
+  /// three limits from the surface; the times not reached then have neither points nor faults.
   std::vector<std::vector<Vec3>> points;
   std::vector<CarryFault> faults;  ///< errors per time
 };

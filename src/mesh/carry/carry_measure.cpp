@@ -4,37 +4,19 @@
 #include <bit>
 #include <numeric>
 
+#include "base/parallel.h"
+
 namespace polymorph {
 namespace {
 
 /// Fractions of the limit, for DeviationSettings: points of the surface beyond kMiss count as
 /// missed.
-constexpr float kNegligible = 0.6f, kSufficient = 0.3f, kPrecision = 0.02f, kMiss = 0.4f;
+constexpr float kNegligible = 0.8f, kSufficient = 0.4f, kPrecision = 0.02f, kMiss = 0.5f;
 
 void raise_to_maximum(CarryFault& fault, const Deviation& deviation) {
   for (const Deviation::PerTriangle& triangle : deviation.triangles)
     if (triangle.distance > fault.distance)
       fault.distance = triangle.distance, fault.position = triangle.position;
-}
-
-std::vector<std::uint32_t> find_inverted(std::span<const Vec3> points,
-                                         std::span<const Triangle> triangles,
-                                         const CarryTarget& target,
-                                         std::span<const std::uint32_t> near) {
-  std::vector<Vec3> middles(triangles.size());
-  std::vector<std::uint32_t> hints(triangles.size()), inverted;
-  for (std::size_t f = 0; f < triangles.size(); ++f) {
-    const Triangle& t = triangles[f];
-    middles[f] = (points[t.v[0]] + points[t.v[1]] + points[t.v[2]]) / 3;
-    hints[f] = near[t.v[0]];
-  }
-  const std::vector<ClosestPoint> closest_points = target.query().closest(middles, hints);
-  for (std::uint32_t f = 0; f < triangles.size(); ++f) {
-    const Vec3 normal = area_normal(points, triangles[f]);
-    if (!(dot(normal, face_normal_at(target, middles[f], closest_points[f], normal)) > 0))
-      inverted.push_back(f);
-  }
-  return inverted;
 }
 
 /// Guesses a triangle of the mesh near each point of the surface, from the triangles of the surface
@@ -60,6 +42,37 @@ std::vector<std::uint32_t> guess_nearest(std::span<const Triangle> triangles,
 
 }  // namespace
 
+std::vector<std::uint32_t> find_inverted(std::span<const Vec3> points,
+                                         std::span<const Triangle> triangles,
+                                         const CarryTarget& target,
+                                         std::span<const std::uint32_t> near) {
+  std::vector<std::uint8_t> is_inverted(triangles.size());
+  parallel_for(
+      static_cast<std::int64_t>(triangles.size()),
+      [&](std::int64_t f) {
+        const Triangle& t = triangles[f];
+        const Vec3 middle = (points[t.v[0]] + points[t.v[1]] + points[t.v[2]]) / 3,
+                   normal = area_normal(points, t);
+        const ClosestPoint hit = closest_near(target, middle, near[t.v[0]]);
+        is_inverted[f] = !(dot(normal, face_normal_at(target, middle, hit, normal)) > 0);
+      },
+      /*grain=*/256);
+  std::vector<std::uint32_t> inverted;
+  for (std::uint32_t f = 0; f < is_inverted.size(); ++f)
+    if (is_inverted[f]) inverted.push_back(f);
+  return inverted;
+}
+
+std::vector<float> list_badness(const CarryMeasure& measure, float limit) {
+  std::vector<float> badness;
+  for (const float distance : measure.triangle_distance) {
+    const float beyond = std::max(distance / limit - 0.9f, 0.0f);
+    badness.push_back(beyond * beyond);
+  }
+  for (const std::uint32_t f : measure.inverted) badness[f] += 1;
+  return badness;
+}
+
 std::size_t CarryMeter::KeyHash::operator()(const Key& key) const {
   std::uint64_t hash = 0;
   for (const float x : key)
@@ -83,7 +96,8 @@ CarryMeasure CarryMeter::measure(std::span<const Vec3> points, std::span<const T
                                    kSufficient * limit_};
   const MeshQuery surface = target_.query();
   const ClosestPointQuery tree(points, triangles);
-  const MeshQuery mesh{points, triangles, tree};
+  const Fans fans(points.size(), triangles);
+  const MeshQuery mesh{points, triangles, tree, &fans};
   std::vector<Key> keys;
   for (const Triangle& t : triangles) {
     const Vec3 a = points[t.v[0]], b = points[t.v[1]], c = points[t.v[2]];
@@ -103,7 +117,8 @@ CarryMeasure CarryMeter::measure(std::span<const Vec3> points, std::span<const T
       if (old_index[f] != KnownDeviation::kNew) new_index[old_index[f]] = f;
     std::iota(same_index.begin(), same_index.end(), 0u);
     std::vector<std::uint32_t> mesh_near = surface_to_mesh_->nearest;
-    for (std::uint32_t& t : mesh_near) t = new_index[t];  // kNew is no valid hint, like kNoTriangle
+    for (std::uint32_t& t : mesh_near)  // a triangle that has changed often has its former number
+      if (new_index[t] != KnownDeviation::kNew) t = new_index[t];
     const KnownDeviation known_mesh{
         *mesh_to_surface_, std::move(old_index), {}, /*is_other_same=*/true},
         known_surface{*surface_to_mesh_, std::move(same_index), std::move(new_index),
@@ -132,12 +147,9 @@ CarryMeasure CarryMeter::measure(std::span<const Vec3> points, std::span<const T
   m.mesh_near = surface_to_mesh_->nearest;
   m.inverted = find_inverted(points, triangles, target_, m.near);
   m.fault.inverted = m.inverted.size();
-  double excess = 0;
-  for (const float distance : m.triangle_distance) {
-    const double beyond = std::max(static_cast<double>(distance / limit_) - 0.9, 0.0);
-    excess += beyond * beyond;
-  }
-  m.badness = static_cast<float>(static_cast<double>(m.inverted.size()) + excess);
+  double badness = 0;
+  for (const float b : list_badness(m, limit_)) badness += static_cast<double>(b);
+  m.badness = static_cast<float>(badness);
   if (!m.inverted.empty()) m.fault.inverted_position = points[triangles[m.inverted.front()].v[0]];
   return m;
 }

@@ -26,6 +26,16 @@ struct CarryMeasure {
   std::vector<std::uint32_t> mesh_near;   ///< nearest triangle of the mesh, per surface point
 };
 
+/// Lists what each triangle adds to the badness of a mesh. `limit`: as in CarryMeter.
+std::vector<float> list_badness(const CarryMeasure& measure, float limit);
+
+/// Lists the triangles that face against the surface's normal at the point closest to their
+/// centroids. `near`: per point, a guess of the surface's nearest triangle.
+std::vector<std::uint32_t> find_inverted(std::span<const Vec3> points,
+                                         std::span<const Triangle> triangles,
+                                         const CarryTarget& target,
+                                         std::span<const std::uint32_t> near);
+
 /// Measures similar meshes against one surface; only triangles that changed since the last call are
 /// measured again.
 class CarryMeter {

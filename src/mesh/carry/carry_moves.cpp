@@ -24,7 +24,7 @@ struct TriangleFit {
 };
 TriangleFit fit_to_surface(Vec3 a, Vec3 b, Vec3 c, const CarryTarget& target, std::uint32_t hint) {
   const Vec3 middle = (a + b + c) / 3, area_vector = cross(b - a, c - a);
-  const ClosestPoint hit = target.query().closest(middle, hint);
+  const ClosestPoint hit = closest_near(target, middle, hint);
   const Vec3 smooth = normal_at(target.surface, hit),
              flat = face_normal_at(target, middle, hit, area_vector);
   return {dot(area_vector, flat) < dot(area_vector, smooth) ? flat : smooth, hit.distance,
@@ -126,16 +126,14 @@ std::vector<std::uint32_t> list_doubtful_faces(const MovedMesh& mesh, const Carr
       [&](std::int64_t f) {
         const Triangle& t = mesh.triangles[f];
         const Vec3 a = mesh.points[t.v[0]], b = mesh.points[t.v[1]], c = mesh.points[t.v[2]];
-        float distance = std::numeric_limits<float>::infinity();
         for (const std::uint32_t v : t.v) {
           // A triangle without guesses, or of low quality, stays doubtful.
           if (v >= near.size() || near[v] >= surface.triangles.size()) return;
           const Vec3 n = area_normal(surface.points, surface.triangles[near[v]]);
           if (!(triangle_quality(a, b, c, normalized(n)) >= kSafeQuality)) return;
-          if (distance > max_distance)
-            distance = std::min(distance, surface.distance_to((a + b + c) / 3, near[v]));
         }
-        is_doubtful[f] = distance > max_distance;
+        is_doubtful[f] =
+            closest_near(target, (a + b + c) / 3, near[t.v[0]]).distance > max_distance;
       },
       /*grain=*/256);
   std::vector<std::uint32_t> faces;
@@ -189,6 +187,12 @@ void move_stuck_point(const MovedMesh& mesh, const CarryTarget& target,
                                   lerp(from, middle, 0.5f),
                                   lerp(foot, middle_foot, 0.5f)};
   for (const Vec3 p : ring) candidates.push_back(lerp(from, p, 0.4f));
+  // Between pairs of neighbours, on the surface.
+  for (std::size_t i = 0; i < ring.size(); ++i)
+    for (const float step : {0.15f, 0.4f, 0.7f}) {
+      const Vec3 to = (ring[i] + ring[(i + 1) % ring.size()]) * 0.5f;
+      candidates.push_back(closest_near(target, lerp(from, to, step), hint).point);
+    }
   for (const Vec3 to : candidates) {
     const float score = score_at(to).first;
     if (score < best) best = score, points[v] = to;
@@ -312,12 +316,13 @@ void repair(const MovedMesh& mesh, const CarryTarget& target, float max_distance
 }
 
 void spread_points(const MovedMesh& mesh, const CarryTarget& target,
-                   std::span<const std::uint32_t> seeds, std::span<const std::uint32_t> near) {
-  constexpr int kRings = 3, kSweeps = 20;
+                   std::span<const std::uint32_t> seeds, std::span<const std::uint32_t> near,
+                   int rings) {
+  constexpr int kSweeps = 20;
   std::vector<std::uint32_t> region;
   for (const std::uint32_t f : seeds)
     region.insert(region.end(), mesh.triangles[f].v, mesh.triangles[f].v + 3);
-  add_rings(region, mesh, kRings);
+  add_rings(region, mesh, rings);
   std::vector<std::uint32_t> hints;
   for (const std::uint32_t v : region)
     hints.push_back(v < near.size() ? near[v] : ClosestPoint::kNoTriangle);

@@ -49,11 +49,12 @@ void move_onto_surface(const MovedMesh& mesh, const CarryTarget& target, float r
 void repair(const MovedMesh& mesh, const CarryTarget& target, float max_distance,
             std::span<const std::uint32_t> near, std::span<const std::uint32_t> seeds = {});
 
-/// Moves points around `seeds` (triangles) to the mean of their neighbours and onto the surface,
-/// 20 times, which makes small triangles larger and unfolds them. Details that only these
-/// points show may be lost: measure the result.
+/// Moves points within `rings` rings of `seeds` (triangles) to the mean of their neighbours and
+/// onto the surface, 20 times, which makes small triangles larger and unfolds them. Details that
+/// only these points show may be lost: measure the result.
 void spread_points(const MovedMesh& mesh, const CarryTarget& target,
-                   std::span<const std::uint32_t> seeds, std::span<const std::uint32_t> near);
+                   std::span<const std::uint32_t> seeds, std::span<const std::uint32_t> near,
+                   int rings);
 
 /// Moves points towards `misses` (CarryMeasure::misses): corners and ridges of the surface, which
 /// projection never reaches.

@@ -21,40 +21,11 @@ CarryTarget make_carry_target(Mesh surface) {
 }
 
 ClosestPoint closest_near(const CarryTarget& target, Vec3 from, std::uint32_t hint) {
-  constexpr int kMaxSteps = 12;
-  const Mesh& mesh = target.surface;
-  if (hint >= mesh.triangles.size()) return target.tree->closest(from);
-  const auto weights_in = [&](std::uint32_t f) {
-    const Triangle& t = mesh.triangles[f];
-    return closest_on_triangle(from, mesh.positions[t.v[0]], mesh.positions[t.v[1]],
-                               mesh.positions[t.v[2]]);
-  };
-  const auto point_in = [&](std::uint32_t f, const TriangleWeights& w) {
-    const Triangle& t = mesh.triangles[f];
-    const Vec3 a = mesh.positions[t.v[0]];
-    return a + (mesh.positions[t.v[1]] - a) * static_cast<float>(w.b) +
-           (mesh.positions[t.v[2]] - a) * static_cast<float>(w.c);
-  };
-  TriangleWeights w = weights_in(hint);
-  ClosestPoint best{point_in(hint, w), 0, hint};
-  best.distance = length(best.point - from);
-  for (int step = 0;; ++step) {
-    if (w.a > 0 && w.b > 0 && w.c > 0) break;
-    // The closest point lies on a side or at a corner: look at the triangles around one of its
-    // ends.
-    const std::uint32_t f = best.triangle;
-    const int corner = w.a >= w.b && w.a >= w.c ? 0 : w.b >= w.c ? 1 : 2;
-    for (const std::uint32_t g : target.fans.around(mesh.triangles[f].v[corner])) {
-      if (g == f) continue;
-      const TriangleWeights v = weights_in(g);
-      const Vec3 point = point_in(g, v);
-      const float distance = length(point - from);
-      if (distance < best.distance) best = {point, distance, g}, w = v;
-    }
-    if (best.triangle == f) break;
-    if (step == kMaxSteps) return target.query().closest(from, best.triangle);
-  }
-  return best.distance <= 2 * target.edge ? best : target.query().closest(from, best.triangle);
+  const MeshQuery query = target.query();
+  if (hint < query.triangles.size())
+    if (const auto hit = query.walk_to_closest(from, hint); hit && hit->distance <= 2 * target.edge)
+      return *hit;
+  return query.closest(from, hint);
 }
 
 Vec3 face_normal_at(const CarryTarget& target, Vec3 from, const ClosestPoint& hit, Vec3 facing) {

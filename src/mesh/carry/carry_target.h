@@ -14,7 +14,7 @@ struct CarryTarget {
   Fans fans;
   std::shared_ptr<const ClosestPointQuery> tree;
   float edge = 0;  ///< edge of an equilateral triangle of the mean area
-  MeshQuery query() const { return {surface.positions, surface.triangles, *tree}; }
+  MeshQuery query() const { return {surface.positions, surface.triangles, *tree, &fans}; }
 };
 CarryTarget make_carry_target(Mesh surface);
 

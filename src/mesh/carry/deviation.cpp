@@ -20,8 +20,8 @@ struct Corner {
 };
 using FacePiece = std::array<Corner, 3>;
 
-/// Finds the closest triangle to a point, or takes one of the hinted ones if it is so near that the
-/// distance need not be resolved.
+/// Finds the closest triangle to a point, or takes one of the hinted ones, or one next to them, if
+/// it is so near that the distance need not be resolved.
 Corner find_corner(const MeshQuery& other, const DeviationSettings& settings, Vec3 p,
                    std::array<std::uint32_t, 2> hints) {
   std::uint32_t hint = hints[0];
@@ -31,6 +31,12 @@ Corner find_corner(const MeshQuery& other, const DeviationSettings& settings, Ve
       if (const float d = other.distance_to(p, hints[1]); d < distance)
         distance = d, hint = hints[1];
     if (distance <= settings.sufficient) return {p, distance, hint};
+    if (other.fans)
+      if (const auto hit = other.walk_to_closest(p, hint)) {
+        if (hit->distance <= settings.negligible - settings.precision)
+          return {p, hit->distance, hit->triangle};
+        hint = hit->triangle;
+      }
   }
   const ClosestPoint hit = other.closest(p, hint);
   return {p, hit.distance, hit.triangle};
@@ -116,7 +122,7 @@ class TriangleDeviation {
   const MeshQuery& other_;
   const DeviationSettings& settings_;
   float furthest_ = 0;                    ///< largest distance of a point evaluated so far
-  std::vector<std::uint32_t> witnesses_;  ///< witnesses of the pieces, with repetitions
+  std::vector<std::uint32_t> witnesses_;  ///< triangles of the other mesh, with repetitions
   Deviation::PerTriangle result_;
 };
 

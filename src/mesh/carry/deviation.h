@@ -15,7 +15,8 @@ struct DeviationSettings {
   float precision = 0;   ///< maximum error of larger distances
   float listed = 0;      ///< points beyond this distance are listed
   /// A hinted triangle within this distance of a point counts as its nearest one; at most
-  /// `negligible` less `precision`.
+  /// `negligible` less `precision`. So does one within that maximum which a walk from it reaches
+  /// (MeshQuery::walk_to_closest()).
   float sufficient = 0;
 };
 
