@@ -30,8 +30,10 @@ struct ReportCase {
   std::optional<Comparison> comparison;  ///< absent without a reference
   Tolerance tolerance;
   double seconds = 0;
-  std::optional<SurfaceRecord> surface;  ///< surface of the new frame; absent if unknown
-  std::string pixels_sha256;             ///< SHA-256 of the new frame's pixels; "" = unknown
+  /// Number and surface of the new frame of a golden suite (without digest: its surface is
+  /// unknown); absent in other reports.
+  std::optional<SurfaceRecord> surface;
+  std::string pixels_sha256;      ///< SHA-256 of the new frame's pixels; "" = unknown
   std::string file_sha256;        ///< SHA-256 of the new frame's file; "" = the file is not kept
   std::optional<double> flicker;  ///< Flicker::mean (flicker.h) towards the next frame
   std::optional<double> reference_flicker;  ///< the same for the reference frames

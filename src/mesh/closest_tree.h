@@ -216,11 +216,11 @@ PM_HD ClosestPoint find_closest_near(const TriangleBvhView& bvh, Vec3 from, Vec3
       bvh, from, min(max_distance, kRounding * length(from - neighbour_hit.point)), candidates);
   // The neighbour's closest point is rounded, so next to the surface it may be closer to `from`
   // than any triangle. The bound by the triangle inequality is wider.
+  const float bound = kRounding * (neighbour_hit.distance + length(from - neighbour));
   if (hit.triangle == ClosestPoint::kNoTriangle)
-    hit = find_closest(
-        bvh, from,
-        min(max_distance, kRounding * (neighbour_hit.distance + length(from - neighbour))),
-        candidates);
+    hit = find_closest(bvh, from, min(max_distance, bound), candidates);
+  if (hit.triangle == ClosestPoint::kNoTriangle && bound < max_distance)  // lengths underflowed
+    hit = find_closest(bvh, from, max_distance, candidates);
   if (hit.triangle == ClosestPoint::kNoTriangle) hit.distance = max_distance;
   return hit;
 }

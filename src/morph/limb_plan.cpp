@@ -426,6 +426,7 @@ std::vector<std::uint32_t> list_body(const LimbCurves& curves, std::size_t count
 /// Makes the side that consists of some of a side's balls.
 CostSide select_balls(const CostSide& side, const std::vector<std::uint32_t>& balls) {
   CostSide selection;
+  selection.outside_rotation = side.outside_rotation;
   for (const std::uint32_t b : balls) {
     selection.mass.push_back(side.mass[b]);
     if (!side.labels.empty()) selection.labels.push_back(side.labels[b]);

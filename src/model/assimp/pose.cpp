@@ -126,13 +126,16 @@ void skin(const Pose& pose, const aiNode& node, const aiMesh& mesh, PosedMesh& p
     }
   }
   const aiMatrix4x4 node_transform = pose.globals.at(&node);
+  // Normals are transformed by the inverse transpose.
+  aiMatrix3x3 normal_transform(node_transform);
+  if (normal_transform.Determinant() != 0) normal_transform.Inverse().Transpose();
   for (std::size_t i = 0; i < weight_sums.size(); ++i) {
     if (weight_sums[i] > 0) {
       posed.points[i] *= 1 / weight_sums[i];
       continue;
     }
     posed.points[i] = node_transform * points[i];
-    if (!normals.empty()) posed.normals[i] = aiMatrix3x3(node_transform) * normals[i];
+    if (!normals.empty()) posed.normals[i] = normal_transform * normals[i];
   }
   posed.in_scene = true;
 }
