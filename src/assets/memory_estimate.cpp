@@ -140,7 +140,7 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
       grid_temporaries = std::max(grid_temporaries, kGridTemporaryBytesPerPoint * points);
     }
   }
-  // Half of the pictures are being traced and the others written.
+  // About half of the pictures are being traced, and the others are written or wait on GPUs.
   const auto extra_pictures = static_cast<double>((std::max<std::size_t>(pictures, 1) - 1) / 2);
   const auto to_bytes = [](double bytes) { return static_cast<std::uint64_t>(bytes); };
   MemoryEstimate estimate;

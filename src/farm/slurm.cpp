@@ -14,10 +14,12 @@ namespace polymorph {
 namespace {
 
 /// Computes how many seconds before the time limit a task gets the signal to stop: the time of the
-/// three frames that may be in progress, but at least 90 seconds and at most half of the limit.
+/// frames that may be in progress, four on a GPU and three without, but at least 90 seconds and at
+/// most half of the limit.
 int signal_seconds(const SlurmJob& job) {
-  constexpr double kMinSeconds = 90, kFramesInProgress = 3;
-  const double finish_seconds = std::ceil(kFramesInProgress * job.frame_seconds);
+  constexpr double kMinSeconds = 90;
+  const double frames_in_progress = job.gpus > 0 ? 4 : 3;
+  const double finish_seconds = std::ceil(frames_in_progress * job.frame_seconds);
   // 30.0 * minutes: half of the time limit, in seconds.
   return static_cast<int>(std::min(std::max(kMinSeconds, finish_seconds), 30.0 * job.minutes));
 }

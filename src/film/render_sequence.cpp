@@ -227,8 +227,8 @@ class SequenceRun {
   struct Tracing {
     /// Indices (in settings_.frames) of the frame and of the next frames with identical pixels.
     std::vector<std::size_t> indices;
-    std::string key;  ///< picture_key()
-    std::future<Traced> result;
+    std::string key;                            ///< picture_key()
+    std::future<std::optional<Traced>> result;  ///< empty if the run was stopped before it began
   };
   /// Result of writing a frame.
   struct Written {
@@ -237,7 +237,7 @@ class SequenceRun {
   };
 
   /// Sets jobs_ to the number in the settings or, if that is 0, to as many as suit the device and
-  /// the memory limit. Every GPU gets at least one job.
+  /// the memory limit. Every GPU gets at least one job. Sets frames_ahead_.
   void choose_jobs(const ImageSettings& image, int devices) {
     jobs_ = settings_.jobs;
     if (jobs_ == 0) {
@@ -249,15 +249,16 @@ class SequenceRun {
     }
     jobs_ = std::max(jobs_, devices);
     jobs_ = std::min(jobs_, std::max(1, static_cast<int>(settings_.frames.size())));
+    // Frames finish in order, so a GPU that is done early needs a second frame to work on while
+    // slower GPUs finish theirs.
+    if (report_.device != "cpu") frames_ahead_ = (jobs_ + 1) / 2;
+    while (frames_ahead_ > 0 &&
+           !check_picture_memory(image, pictures_at_once(), settings_.max_memory, settings_.part))
+      --frames_ahead_;
   }
 
-  /// Returns the maximum number of frames that are given to tracers at once. On GPUs it is 1.5
-  /// jobs_, rounded up: frames finish in order, so a GPU that is done early needs a second frame to
-  /// work on while slower GPUs finish theirs.
-  std::size_t frames_at_once() const {
-    const auto jobs = static_cast<std::size_t>(jobs_);
-    return report_.device == "cpu" ? jobs : jobs + (jobs + 1) / 2;
-  }
+  /// Returns the maximum number of frames that are given to tracers at once.
+  std::size_t frames_at_once() const { return static_cast<std::size_t>(jobs_ + frames_ahead_); }
 
   /// Returns the maximum number of pictures that are traced or written at once.
   std::size_t pictures_at_once() const {
@@ -366,10 +367,12 @@ class SequenceRun {
   void begin_tracing(std::size_t index, std::string key, std::optional<Surfaces> surfaces) {
     Tracer* tracer = tracers_[started_count_++ % tracers_.size()].get();
     const int frame = report_.frames[index].frame;
-    auto task = [this, tracer, frame, surfaces = std::move(surfaces)]() mutable -> Traced {
+    auto task = [this, tracer, frame,
+                 surfaces = std::move(surfaces)]() mutable -> std::optional<Traced> {
+      if (settings_.stop && *settings_.stop) return std::nullopt;
       if (!surfaces) {
         auto result = make_surfaces(frame, *tracer->engine);
-        if (!result) return {result.error(), /*seconds=*/0, /*surfaces=*/{}};
+        if (!result) return Traced{result.error(), /*seconds=*/0, /*surfaces=*/{}};
         surfaces = std::move(*result);
       }
       const Stopwatch stopwatch;
@@ -377,7 +380,7 @@ class SequenceRun {
           render_samples(prepared_, {surfaces->geometry, settings_.part}, *tracer->renderer,
                          {report_.isa, tracer->device, settings_.command});
       surfaces->geometry = {};  // no longer needed: frees its memory
-      return {std::move(image), stopwatch.seconds(), std::move(*surfaces)};
+      return Traced{std::move(image), stopwatch.seconds(), std::move(*surfaces)};
     };
     tracing_.push_back({{index}, std::move(key), tracer->worker.run(std::move(task))});
   }
@@ -386,8 +389,14 @@ class SequenceRun {
   /// pixels. Returns the first error.
   Status finish_tracing() {
     Tracing tracing = std::move(tracing_.front());
-    Traced traced = tracing.result.get();
+    std::optional<Traced> result = tracing.result.get();
     tracing_.pop_front();
+    if (!result) {
+      report_.stopped = true;
+      for (const std::size_t index : tracing.indices) report_.frames[index].frame = 0;  // dropped
+      return Ok{};
+    }
+    Traced& traced = *result;
     if (!traced.image) {
       Status first_error = Ok{};
       for (const std::size_t index : tracing.indices) {
@@ -545,6 +554,7 @@ class SequenceRun {
   RunReport report_;
   std::size_t finished_ = 0;       ///< number of finished frames, for progress_
   int jobs_ = 1;                   ///< number of tracers and of writers
+  int frames_ahead_ = 0;           ///< number of frames that are given to busy tracers
   std::size_t started_count_ = 0;  ///< number of frames given to tracers, which take turns
   std::deque<Tracing> tracing_;    ///< oldest first
   /// Frames that are being written, oldest first: index in settings_.frames, and the result.
