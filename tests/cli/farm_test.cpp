@@ -221,6 +221,10 @@ TEST_F(Farm, PrintsJobScripts) {
   };
   EXPECT_TRUE(contains(signal("1", "10"), "--signal=B:USR1@90\n"));
   EXPECT_TRUE(contains(signal("70", "1"), "--signal=B:USR1@30\n"));
+  EXPECT_TRUE(contains(run(0, {"submit", "slurm", "scene.json", "--print", "--frame-seconds", "70",
+                               "--minutes", "30", "--gpus", "1"})
+                           .out,
+                       "--signal=B:USR1@280\n"));
   // Measured: tiny frames all fit into one task.
   EXPECT_TRUE(contains(run(0, {"submit", "slurm", "scene.json", "--print"}).out, "--array=1-1\n"));
 }
