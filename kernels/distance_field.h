@@ -174,13 +174,22 @@ struct DistanceField {
     // V has one lane on a GPU, where a thread has too few registers for a stencil.
     if constexpr (Lanes<V>::kCount == 1) return slope_by_values(p, detail);
     const Stencil<V> stencil = stencil_at(p);
+    // With all of the detail or none, the other grid's distance is needed at p alone.
+    const bool all_detail = has_all_detail(detail),
+               no_detail = !all_detail && has_no_detail(detail);
     V detailed[7], smoothed[7], mixed[7];
-    interpolate(values, stencil, detailed);
-    if (smooth) interpolate(smooth, stencil, smoothed);
+    if (no_detail)
+      detailed[0] = interpolate(values, stencil.positions[0]);
+    else
+      interpolate(values, stencil, detailed);
+    if (smooth && all_detail)
+      smoothed[0] = interpolate(smooth, stencil.positions[0]);
+    else if (smooth)
+      interpolate(smooth, stencil, smoothed);
     for (int i = 0; i < 7; ++i) {
-      mixed[i] = has_all_detail(detail)  ? detailed[i]
-                 : has_no_detail(detail) ? smoothed[i]
-                                         : mix_detail(detail, detailed[i], smoothed[i]);
+      mixed[i] = all_detail  ? detailed[i]
+                 : no_detail ? smoothed[i]
+                             : mix_detail(detail, detailed[i], smoothed[i]);
     }
     const V scale = broadcast<V>(0.5f * inv_cell);
     return {mixed[0],

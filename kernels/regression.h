@@ -167,8 +167,8 @@ struct SplineAxis : SplineAxisOf<float> {
 
 /// Three neighbouring columns of nodes, the eight values of each summed over y and z. add() adds a
 /// row's three nodes from `node` on, times a weight; interpolate() writes the weighted sum of the
-/// columns. The variants have different names, because the linker would merge their functions:
-/// files compiled for AVX2 and for AVX-512 are linked together.
+/// columns. The variants have different names, because the linker may merge functions of
+/// one name: files that g++ compiles and those that nvcc compiles are linked together.
 #if defined(PM_WIDE_PACKS)
 struct WideNodeColumns {
   WidePack low;  ///< two columns
