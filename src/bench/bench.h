@@ -17,6 +17,7 @@ struct BenchSettings {
   std::string what = "all";         ///< surface, report, render or all
   std::string field = "gaussian";   ///< field function of the balls on the torus
   std::filesystem::path ball_file;  ///< file of the balls (field/balls_io.h); empty: use a torus
+  std::size_t max_memory = 0;       ///< bytes that an engine may use; 0: no limit
   /// `balls`: on the torus; `grid`: points per axis; `repeats`: measured runs of each benchmark;
   /// `width`, `height`: of the picture in pixels; `samples`: per pixel.
   int balls = 1032, grid = 128, repeats = 7, width = 640, height = 480, samples = 16;

@@ -165,9 +165,118 @@ Status bench_graph(Bench& bench) {
   return Ok{};
 }
 
+/// A rate of memory or of the bus, in bytes per second, with its text.
+struct Bandwidth {
+  double rate;
+  const char* text;
+};
+
+/// Times `extract`, which returns a Status, and its passes, and adds a row. `bytes`: size of the
+/// mesh; `bandwidth`: that of the memory that receives it.
+template <class Extract>
+Status measure_extraction(Bench& bench, Engine& engine, const std::string& name,
+                          const std::string& note, double bytes, Bandwidth bandwidth,
+                          const Extract& extract) {
+  std::map<std::string, std::vector<double>> passes;
+  std::vector<std::string> pass_order;
+  PM_TRY(const Timing timing, time_runs(bench.settings.repeats, [&]() -> Status {
+           PM_TRY_STATUS(extract());
+           for (const PassTime& pass : engine.pass_times()) {
+             if (!passes.contains(pass.name)) pass_order.push_back(pass.name);
+             passes[pass.name].push_back(pass.seconds);
+           }
+           return Ok{};
+         }));
+  auto row = print_row(bench, name, timing, note);
+  for (const std::string& pass : pass_order) {
+    const double ms = median_of(passes[pass]) * 1e3;
+    bench.print_line("  {:<26} {:>9.3f} ms\n", pass, ms);
+    row["passes_ms"][pass] = ms;
+  }
+  row["floor_ms"] = bytes / bandwidth.rate * 1e3;
+  row["memory_bytes"] = engine.memory_used();
+  bench.print_line("  mesh {:.1f} MB: {:.3f} ms at {}; buffers {:.0f} MB\n", bytes * 1e-6,
+                   bytes / bandwidth.rate * 1e3, bandwidth.text,
+                   static_cast<double>(engine.memory_used()) * 1e-6);
+  bench.rows.push_back(std::move(row));
+  return Ok{};
+}
+
+/// Measures a surface on the CPU, or on a GPU without and with the download of its mesh. `input`:
+/// what the surface is made of, for the note; `extract(settings, mesh)` returns a Status. Stores
+/// the mesh.
+template <class Extract>
+Status measure_surface(Bench& bench, const std::string& device, Engine& engine,
+                       const std::string& name, const std::string& input, ExtractSettings settings,
+                       Mesh& mesh, const Extract& extract) {
+  PM_TRY_STATUS(extract(settings, mesh));
+  const std::string note = fmt::format("{}, {} triangles", input, mesh.triangles.size());
+  // A lower bound of the bytes to write: 24 per vertex (position and normal) and 12 per triangle.
+  const double bytes = static_cast<double>(mesh.positions.size() * 24 + mesh.triangles.size() * 12);
+  const auto measure = [&](const std::string& row_name, Bandwidth bandwidth, Mesh& target) {
+    return measure_extraction(bench, engine, row_name, note, bytes, bandwidth,
+                              [&] { return extract(settings, target); });
+  };
+  // The bandwidths are those of host memory, device memory and the bus (docs/performance.md).
+  if (device == "cpu") return measure(name, {1e10, "10 GB/s"}, mesh);
+  Mesh empty;  // without a download the engine returns no mesh
+  settings.download = false;
+  PM_TRY_STATUS(measure(name + ", kept there", {4.3e12, "4.3 TB/s"}, empty));
+  settings.download = true;
+  return measure(name, {5e10, "50 GB/s"}, mesh);
+}
+
+/// Computes the distances from a torus with these radii, on 129^3 points over [-2, 2]^3.
+std::shared_ptr<const DistanceGrid> torus_distances(float major, float minor) {
+  constexpr int kPoints = 129;
+  auto distances = std::make_shared<DistanceGrid>();
+  distances->grid = {{-2, -2, -2}, 4.0f / (kPoints - 1), {kPoints, kPoints, kPoints}};
+  for (int z = 0; z < kPoints; ++z)
+    for (int y = 0; y < kPoints; ++y)
+      for (int x = 0; x < kPoints; ++x) {
+        const Vec3 p = grid_point(distances->grid, {x, y, z});
+        const float ring = std::hypot(p.x, p.z) - major;
+        distances->values.push_back(minor - std::hypot(ring, p.y));
+      }
+  distances->lipschitz = 1.8f;  // at least sqrt 3, for trilinear interpolation
+  return distances;
+}
+
+/// Times the surface half way between two tori, with the map to both of them, which each frame
+/// makes anew. Has an engine of its own, so that other rows do not count its memory.
+Status bench_between(Bench& bench, const std::string& device) {
+  constexpr int kPairs = 500;
+  std::string chosen;
+  PM_TRY(const std::unique_ptr<Engine> engine,
+         make_engine(device, chosen, bench.settings.max_memory));
+  const auto from = torus_distances(1, 0.4f), to = torus_distances(0.9f, 0.5f);
+  Regression map;
+  map.maps = 2;
+  map.lattice = {{-2.2f, -2.2f, -2.2f}, 0.16f, {28, 28, 28}};  // 4 % of the diagonal apart
+  for (const Ball& ball : torus_balls(kPairs, FieldKind::kGaussian)) {
+    map.samples.push_back({ball.center, /*mass=*/1, /*deviation=*/0.22f});
+    BallAttribute attribute;
+    attribute.value[0] = 0.1f * ball.center.y;
+    attribute.value[3] = 0.5f;  // the progress, and the level's weight
+    map.values.insert(map.values.end(), 2, attribute);
+  }
+  const Grid grid = bench_grid(bench.settings.grid);
+  Mesh mesh;
+  return measure_surface(bench, device, *engine,
+                         fmt::format("between objects {}^3", bench.settings.grid),
+                         fmt::format("{} pairs", kPairs), {}, mesh,
+                         [&](const ExtractSettings& settings, Mesh& target) {
+                           MorphSurface surface{std::make_shared<const Regression>(map), from, to};
+                           // Half way, both objects' distances are read with and without detail.
+                           surface.smooth_from = from, surface.smooth_to = to;
+                           return to_status(engine->extract(surface, grid, settings, target));
+                         });
+}
+
 }  // namespace
 
 Status bench_surface(Bench& bench, const std::string& device, Engine& engine, Mesh& mesh) {
+  if (bench.settings.what != "render") PM_TRY_STATUS(bench_between(bench, device));
   PM_TRY(const BallFile file, bench_balls(bench.settings));
   const BallSet balls = file.balls;
   ExtractSettings settings;
@@ -180,55 +289,13 @@ Status bench_surface(Bench& bench, const std::string& device, Engine& engine, Me
     PM_TRY(grid, fit_grid(box, std::max({size.x, size.y, size.z}) /
                                    static_cast<float>(bench.settings.grid - 1)));
   }
-  // Extract the mesh once, for the note and for the benchmarks that need a mesh.
-  PM_TRY_STATUS(extract_once(engine, balls, grid, settings, mesh));
-  const std::string note =
-      fmt::format("{} balls, {} triangles", balls.size(), mesh.triangles.size());
-  // A lower bound of the bytes to write: 24 per vertex (position and normal) and 12 per triangle.
-  const double bytes = static_cast<double>(mesh.positions.size() * 24 + mesh.triangles.size() * 12);
-  // Times the extraction and its passes, and adds a row. `bandwidth`: that of the memory that
-  // receives the mesh, in bytes per second.
-  const auto measure = [&](const std::string& name, double bandwidth,
-                           const char* bandwidth_name) -> Status {
-    // Without a download the engine returns no mesh, so `mesh` keeps its surface for the next
-    // benchmarks.
-    Mesh unused_mesh;
-    Mesh& target = settings.download ? mesh : unused_mesh;
-    std::map<std::string, std::vector<double>> passes;
-    std::vector<std::string> pass_order;
-    PM_TRY(const Timing timing, time_runs(bench.settings.repeats, [&]() -> Status {
-             PM_TRY_STATUS(extract_once(engine, balls, grid, settings, target));
-             for (const PassTime& pass : engine.pass_times()) {
-               if (!passes.contains(pass.name)) pass_order.push_back(pass.name);
-               passes[pass.name].push_back(pass.seconds);
-             }
-             return Ok{};
-           }));
-    auto row = print_row(bench, name, timing, note);
-    for (const std::string& pass : pass_order) {
-      const double ms = median_of(passes[pass]) * 1e3;
-      bench.print_line("  {:<26} {:>9.3f} ms\n", pass, ms);
-      row["passes_ms"][pass] = ms;
-    }
-    row["floor_ms"] = bytes / bandwidth * 1e3;
-    row["memory_bytes"] = engine.memory_used();
-    bench.print_line("  mesh {:.1f} MB: {:.3f} ms at {}; buffers {:.0f} MB\n", bytes * 1e-6,
-                     bytes / bandwidth * 1e3, bandwidth_name,
-                     static_cast<double>(engine.memory_used()) * 1e-6);
-    bench.rows.push_back(std::move(row));
-    return Ok{};
-  };
   const std::string name =
       fmt::format("surface {} {}^3", field_name(file.kind), bench.settings.grid);
-  // The bandwidths are those of host memory, device memory and the bus (docs/performance.md).
-  if (device == "cpu") {
-    PM_TRY_STATUS(measure(name, 1e10, "10 GB/s"));
-  } else {
-    settings.download = false;
-    PM_TRY_STATUS(measure(name + ", kept there", 4.3e12, "4.3 TB/s"));
-    settings.download = true;
-    PM_TRY_STATUS(measure(name, 5e10, "50 GB/s"));
-  }
+  PM_TRY_STATUS(measure_surface(bench, device, engine, name, fmt::format("{} balls", balls.size()),
+                                settings, mesh,
+                                [&](const ExtractSettings& row_settings, Mesh& target) {
+                                  return extract_once(engine, balls, grid, row_settings, target);
+                                }));
   return bench_interpolation(bench, name, {balls, settings, mesh}, engine);
 }
 

@@ -448,11 +448,16 @@ TEST_F(Help, DevicesListsTheProcessor) {
 TEST_F(Help, BenchMeasures) {
   const Ran ran = run(0, {"bench", "surface", "--grid", "16", "--torus", "50", "--repeats", "1",
                           "--device", "cpu"});
-  EXPECT_TRUE(contains(ran.out, "surface gaussian 16^3"));
+  const auto between = ran.out.find("\nbetween objects 16^3"),
+             balls = ran.out.find("\nsurface gaussian 16^3");
+  EXPECT_NE(balls, std::string::npos) << ran.out;
+  EXPECT_LT(between, balls) << ran.out;
+  EXPECT_TRUE(contains(ran.out, "500 pairs, ")) << ran.out;
   EXPECT_EQ(ran.err, "");
   const Ran rays = run(0, {"bench", "render", "--grid", "16", "--torus", "50", "--repeats", "1",
                            "--spp", "1", "--device", "cpu"});
   EXPECT_TRUE(contains(rays.out, "M paths/s"));
+  EXPECT_FALSE(contains(rays.out, "between objects"));
   EXPECT_TRUE(contains(rays.out, "BVH quality"));
 }
 

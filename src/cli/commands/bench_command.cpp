@@ -49,9 +49,11 @@ Result<int> run_bench(const CommandLine& line, const BenchOptions& options) {
   std::string device;
   PM_TRY(const auto engine, make_engine(line.common.device, device, line.common.max_memory));
   if (is_morph) return run_bench_morph(line, options, *engine);
+  BenchSettings settings = options.settings;
+  settings.max_memory = line.common.max_memory;
   const bool prints_table = !options.json.enabled;
   PM_TRY(const JsonValue report,
-         run_benchmarks(options.settings, device, *engine, [&](const std::string& text) {
+         run_benchmarks(settings, device, *engine, [&](const std::string& text) {
            if (prints_table) print_data("{}", text);
          }));
   if (!prints_table) PM_TRY_STATUS(write_json(options.json, report));
