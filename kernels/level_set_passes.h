@@ -155,7 +155,8 @@ UploadedSamples upload_samples(Workspace<B>& work, const Regression& regression)
   for (std::size_t e = 0; e < count; ++e) {
     const RegressionSample& sample = regression.samples[e];
     const float widest_deviation = 4 * sample.deviation;
-    // The widest Gaussian: exp(-d^2 / (2 s^2)) = 2^(-kHalfLog2E d^2 / s^2), s = widest_deviation.
+    // Three Gaussians (regression.h); the widest one is exp(-d^2 / (2 s^2)) =
+    // 2^(-kHalfLog2E d^2 / s^2), s = widest_deviation.
     constexpr float kHalfLog2E = 0.72134752f;
     const float mass = kKernelScale * sample.mass;
     samples[e] = {sample.center, kHalfLog2E / (widest_deviation * widest_deviation), mass,
@@ -214,7 +215,8 @@ SmoothMap compute_map(Workspace<B>& work, const std::shared_ptr<const Regression
                                       regression->sloped, coefficients},
                          "regress");
   if (!regression->landmarks.empty()) meet_landmarks(work, *regression, map, coefficients);
-  if (regression->thinness[0]) {
+  if (regression
+          ->thinness[0]) {  // both objects have one: the level's weight is small in thin parts
     WeighLevel weigh;
     weigh.map = map;
     for (int m = 0; m < 2; ++m) weigh.thinness[m] = upload_distances(work, regression->thinness[m]);
@@ -239,7 +241,8 @@ void sample_map(Workspace<B>& work, const std::shared_ptr<const Regression>& reg
   work.backend.download(values.data(), out);
 }
 
-/// Returns the Strain around each node of the map, in backend memory. Distances are in scene units.
+/// Returns the Strain around each node of the map, in backend memory. It bounds the derivatives of
+/// the objects' distances in scene units.
 template <class B>
 View<Strain> bound_strain(Workspace<B>& work, const MorphSurface& surface, const SmoothMap& map) {
   const Int3 n = map.lattice.points;

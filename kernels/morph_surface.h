@@ -33,8 +33,9 @@ struct AttributeValues {
 /// Position and kernel of a regression sample.
 struct RegressionSample {
   Vec3 center;
-  float mass = 1;       ///< > 0
-  float deviation = 1;  ///< standard deviation of the narrow Gaussian, scene units, > 0
+  float mass = 1;  ///< > 0
+  float deviation =
+      1;  ///< standard deviation of the narrowest of its three Gaussians, scene units, > 0
 };
 
 /// The affine map x -> R x + offset, where R has the rows `rows`; the identity by default.
@@ -51,7 +52,8 @@ struct RegressionLandmark {
   Vec3 goal[2];  ///< image of the point under each map, the affine map included
 };
 
-/// Input of a regression: samples with one or two quadruples of values each (maps).
+/// Input of a regression (regression.h), which makes a smooth function of space, a B-spline on a
+/// lattice, from samples. Each sample has one or two quadruples of values, one per map.
 struct Regression {
   std::vector<RegressionSample> samples;
   int maps = 1;  ///< 1 or 2
@@ -60,11 +62,12 @@ struct Regression {
   bool sloped = false;  ///< whether any slope is not 0
   /// The image of x under map m is affine[m](x) plus the map's first three values.
   AffineMap affine[2];
-  /// Nodes of the spline, which is defined between node 1 and the last but one along each axis.
+  /// Nodes of the B-spline. It is defined between node 1 and the last but one along each axis.
   Grid lattice;
   std::vector<RegressionLandmark> landmarks;  ///< met after the regression (meet_landmarks.h)
-  /// Thinness of both objects, in [0, 1], 0 beyond the grids. If given, the second map's fourth
-  /// value at each node is ((1 - thinness[0]) (1 - thinness[1]))^2 and not regressed (WeighLevel).
+  /// Thinness of both objects (field/thinness.h), in [0, 1], 0 beyond the grids. If given, the
+  /// level's weight, the second map's fourth value, is not regressed but at each node
+  /// ((1 - thinness[0]) (1 - thinness[1]))^2 (WeighLevel).
   std::shared_ptr<const DistanceGrid> thinness[2];
 };
 

@@ -104,7 +104,7 @@ PM_HD constexpr float determinant(const Sym3& s) {
 struct Ball {
   Vec3 center;
   float a = 1;  ///< 1 / length^2, > 0; for an ellipsoid the geometric mean of its axes' values
-  float w = 0;  ///< strength, as above; w < 0 lowers the field, except of kGaussian
+  float w = 0;  ///< strength, as above; w < 0 lowers the field; a kGaussian ball is only weaker
   /// Positive definite, determinant 1: the identity is a round ball, anything else an ellipsoid of
   /// the same volume.
   Sym3 shape{};

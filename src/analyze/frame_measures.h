@@ -31,7 +31,7 @@ struct FrameMeasures {
   double farthest = 0;  ///< Hausdorff distance to the next frame; 0 at the last
   double rate = 0;      ///< step / change of u to the next frame; 0 if u does not change
   double speed = 0;     ///< RMS step of the balls to the next frame; `step` without balls
-  double leakage = 0;   ///< volume outside the hull of both objects, dilated by 2 %
+  double leakage = 0;   ///< volume outside the convex hull of both objects, dilated by 2 % of L
   double strain = 0;    ///< RMS of ln(distance of neighbouring balls / distance interpolated
                         ///< between the ends); 0 without balls
   double hull = 0;      ///< volume of the convex hull
@@ -39,8 +39,9 @@ struct FrameMeasures {
   double height = 0;    ///< extent of the surface along y
   /// conformal_distortion() since the first frame; empty unless all frames have the same triangles.
   std::optional<double> distortion;
-  /// Hausdorff distance, over L, from the first frame moved by the fraction u of MorphEnds::truth;
-  /// empty without `truth`.
+  /// Hausdorff distance, over L, between this surface and that of the first frame, moved by the
+  /// fraction u of the known similarity between the objects (MorphEnds::truth in analyze.h); empty
+  /// if none is known.
   std::optional<double> off_similarity;
 };
 

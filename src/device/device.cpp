@@ -73,6 +73,7 @@ Result<std::unique_ptr<Engine>> make_engine(const std::string& option, std::stri
 }
 
 std::unique_ptr<DeviceTracer> open_tracer(const std::string& device, std::string& error) {
+  // make_engine() has checked the number.
   const auto index = parse_integer(device.substr(device.find(':') + 1));
   return make_cuda_tracer(static_cast<int>(index.value_or(0)), error);
 }

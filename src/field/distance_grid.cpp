@@ -49,9 +49,9 @@ struct Solid {
 
 bool is_inside(const Solid& solid, Vec3 p) { return !solid.is_shell && solid.inside.inside(p); }
 
-/// Tests whether a point is on the same side as a known neighbour for certain. No face is nearer to
-/// a point than its distance, so a neighbour within that distance (1 % less, because of rounding)
-/// is on the same side of a closed model. Then the winding number is not computed.
+/// Tests whether two adjacent points, `spacing` apart, are certainly on the same side of a closed
+/// model: if the distance of either from the surface exceeds the spacing (by 1 %, because of
+/// rounding), no face lies between them. Then the winding number need not be computed.
 bool is_on_same_side(const Solid& solid, float distance, float spacing, float known_distance) {
   return solid.is_closed && std::max(distance, known_distance) > 1.01f * spacing;
 }
@@ -220,8 +220,8 @@ void measure_near(const Solid& solid, Int3 blocks, DistanceGrid& result) {
       /*grain=*/4);
 }
 
-/// Computes a bound of the squared slope of trilinear distances in cells that follow each other
-/// along x, as many as V has lanes, times the squared edge of a cell. `low`: value at the lowest
+/// For each of as many consecutive cells along x as V has lanes, bounds the square of the length of
+/// the trilinear distances' gradient times the edge of a cell. `low`: value at the lowest
 /// corner of the first cell; `row`, `layer`: index steps along y and z.
 template <class V>
 V squared_slope(const float* low, std::size_t row, std::size_t layer) {
@@ -336,17 +336,17 @@ void set_lipschitz(DistanceGrid& distances) {
   parallel_for(n.z - 1, [&](std::int64_t z) {
     constexpr int kCount = Lanes<Pack>::kCount;
     Pack largest = {};
-    float last_largest = 0;  // of the cells that fill no pack
+    float layer_largest = 0;  // at first of the cells that fill no pack
     for (int y = 0; y + 1 < n.y; ++y) {
       const float* low = distances.values.data() + array3_index(n, 0, y, static_cast<int>(z));
       int x = 0;
       for (; x + kCount < n.x; x += kCount)
         largest = max(largest, squared_slope<Pack>(low + x, row, layer_size));
       for (; x + 1 < n.x; ++x)
-        last_largest = max(last_largest, squared_slope<float>(low + x, row, layer_size));
+        layer_largest = max(layer_largest, squared_slope<float>(low + x, row, layer_size));
     }
-    for (int i = 0; i < kCount; ++i) last_largest = max(last_largest, largest[i]);
-    layer_max[static_cast<std::size_t>(z)] = last_largest;
+    for (int i = 0; i < kCount; ++i) layer_largest = max(layer_largest, largest[i]);
+    layer_max[static_cast<std::size_t>(z)] = layer_largest;
   });
   const float slope2 = *std::max_element(layer_max.begin(), layer_max.end());
   distances.lipschitz = std::max(1.0f, std::sqrt(slope2) / distances.grid.cell);

@@ -52,6 +52,7 @@ std::vector<double> squared_support_radii(const BallSet& balls, const ExtractSet
   std::vector<double> squared_radii;
   visit(settings.field, [&](auto field) {
     for (const Ball& ball : balls) {
+      // The end is in the coordinate q = a d^2 (kernels/field_kinds.h).
       const auto end = static_cast<double>(field.end(ball, settings.cutoff * settings.iso));
       squared_radii.push_back((1.01 * end + 0.01) / static_cast<double>(ball.a));
     }

@@ -37,7 +37,7 @@ struct SequenceSettings {
   bool dry_run = false;     ///< render and write nothing; estimate the cost
   /// Number of frames that are traced at once; as many may be written at once. On the CPU the
   /// surface of one more frame is made meanwhile; on GPUs each tracer makes the surfaces of its
-  /// frames. 0: cpu_jobs() and, on GPUs, at least gpu_jobs().
+  /// frames. 0: cpu_jobs(), on GPUs the larger of that and gpu_jobs().
   int jobs = 1;
   std::string device = "auto";         ///< one device or a list (list_devices())
   std::size_t max_memory = 0;          ///< maximum bytes of the whole run; 0: no limit

@@ -161,7 +161,8 @@ Result<std::vector<fs::path>> accept_report(const fs::path& report,
     PM_TRY_STATUS(check_origin(report, parsed, suite, settings.any_program));
     std::vector<int> frames;
     if (!settings.frames.empty()) {
-      // The suite's own frames are checked below. The limits admit all of them.
+      // Any number may be chosen here; one without a failed frame chooses nothing. Whether the
+      // suite has the failed frames is checked below.
       PM_TRY(frames, parse_frames(settings.frames, /*first=*/0, /*last=*/9999999));
     }
     std::vector<NewGolden> goldens;

@@ -19,7 +19,7 @@ constexpr double kMinOverlap = 0.7, kMaxSecondScore = 0.97;
 /// The larger of two rotations is taken only if its discrepancy is below this fraction of the
 /// smaller rotation's.
 constexpr double kMaxDiscrepancyRatio = 0.9;
-/// Rotations that differ by less than this angle, in radians, count as equal.
+/// A rotation that differs by less than this angle, in radians, from the plan's is replaced by it.
 constexpr double kMaxPlanDifference = 25 * exact::kPi / 180;
 /// Weights of the discrepancy (docs/method.md, Facing): kGeodesicWeight for the term in geodesic
 /// distances, 1 - kGeodesicWeight for the term in points. Within the term in points,
@@ -99,6 +99,7 @@ Matrix multiply_distances(const ScaledBody& a, const Matrix& coupling, const Sca
 
 /// The coupling with the least sum of costs * coupling (optimal transport).
 Matrix solve_linear(const ScaledBody& a, const ScaledBody& b, const Matrix& costs) {
+  // solve_transport() needs costs >= 0; a constant does not change the optimal coupling.
   const double minimum = *std::min_element(costs.begin(), costs.end());
   const TransportPlan plan =
       solve_transport(a.shares, b.shares, [&](std::uint32_t from, std::span<float> row) {
@@ -151,6 +152,8 @@ double fused_discrepancy(const ScaledBody& a, const ScaledBody& b, double angle)
   // At a step s along `direction` the discrepancy changes by slope s + curvature s^2. Each step
   // goes to the minimum of this parabola, but not beyond s = 1.
   for (int step = 0; step < kMaxGradientSteps; ++step) {
+    // The product is quadratic in the coupling, hence the factor 2. The sum of squared_distances
+    // is the same for all couplings, so their factor does not matter.
     Matrix gradient(n * m);
     for (std::size_t i = 0; i < n * m; ++i)
       gradient[i] = (1 - kGeodesicWeight) * point_costs[i] +
@@ -206,8 +209,8 @@ std::optional<double> find_facing(LimbPlan& limbs, double plan_angle,
   if (std::fabs(angles[1]) < std::fabs(angles[0])) std::swap(angles[0], angles[1]);
   std::array<LimbMatch, 2> matches;
   for (std::size_t k = 0; k < 2; ++k)
-    // The plan passes log_rotation() of its rotation to match_at(), which stores one match per
-    // exact angle. The same rounding here lets the plan find this match again.
+    // match_at() stores one match per exact angle. plan_morph() later calls it with
+    // log_rotation() of the chosen rotation, so the angle is rounded in the same way here.
     matches[k] = match_at(
         limbs, angles[k] == plan_angle ? plan_angle : log_rotation(about_vertical(angles[k])).y);
   if (is_certain(matches[0]) && is_certain(matches[1]))

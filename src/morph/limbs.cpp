@@ -55,6 +55,7 @@ void find_center(Body& body) {
     return geodesic_distances(solid, std::span(&base, 1));
   });
   body.sample.shares = sample.weights;
+  // The weights sum to 1, so the weighted sum of a point's distances is their mean.
   std::vector<double> mean(n);
   for (std::size_t i = 0; i < n; ++i) mean[i] = sample.sum_distances(i);
   // Of voxels with nearly the same mean distance, the deepest is chosen.
@@ -234,7 +235,8 @@ Section measure_section(const Body& body, const std::vector<std::uint32_t>& memb
 
 /// Measures the limb of an arc. A station without voxels repeats the one before it.
 Limb make_limb(const Body& body, const Arc& arc, const std::vector<std::uint32_t>& members) {
-  // Half the length of a section, and the length of the root's, as fractions of the limb's length.
+  // Fractions of the limb's length: half the length of a section, and the length of the stretch at
+  // the root whose centroid is Limb::root.
   constexpr double kHalfSection = 0.09, kRootSection = 0.12;
   const auto root = static_cast<double>(body.distance[arc.root]),
              tip = static_cast<double>(body.distance[arc.tip]);
@@ -352,7 +354,8 @@ double mirror_overlap(const VoxelSolid& solid, Vec3d middle, double azimuth, dou
   return static_cast<double>(covered_count) / static_cast<double>(sample_count);
 }
 
-/// Counts the pairs of tips that the plane's reflection swaps.
+/// Counts the pairs of tips that are swapped by the reflection in the vertical plane through
+/// Limbs::middle whose normal has this azimuth.
 int count_swapped(const Limbs& limbs, double azimuth) {
   // Max distance from a tip to another tip's mirror image, as a fraction of Limbs::rms.
   constexpr double kMaxDistance = 0.35;

@@ -26,7 +26,7 @@ struct TransportPlan {
 using CostRow = std::function<void(std::uint32_t from, std::span<float> costs)>;
 
 /// Finds the cheapest plan from the sources' masses `supply` to the targets' masses `demand`, all >
-/// 0 and scaled to a sum of 1 on each side. Uses column generation: the network simplex runs on the
+/// 0; each side is scaled to a sum of 1. Uses column generation: the network simplex runs on the
 /// arcs (pairs of source and target) that are likely to be used, then on more of them, until no
 /// other arc would lower the cost. The plan is optimal if cost = lower_bound; the search stops when
 /// they differ by at most the fraction `gap`. `rows` is called from several threads. Deterministic.

@@ -86,8 +86,9 @@ std::string first_unknown_option(const CLI::App& command, int argc, char** argv)
   return "";
 }
 
-/// Rewrites CLI11's message "--method: soup not in {medial,hubbard}", where an argument without
-/// dashes is called "verb: ", as a sentence. Returns other messages unchanged.
+/// Rewrites CLI11's message "--method: soup not in {medial,hubbard}" as a sentence. If the option
+/// is a positional argument, the message begins with its name ("verb: "), and the sentence names
+/// the command instead. Returns other messages unchanged.
 std::string rewrite_choice_error(const std::string& message, const std::string& command) {
   const auto list_begin = message.find(" not in {");  // 9 characters, skipped below
   if (list_begin == std::string::npos) return message;
@@ -264,7 +265,7 @@ std::shared_ptr<CLI::App> make_program(const char* name, const char* purpose,
   auto program = std::make_shared<CLI::App>(purpose, name);
   program->footer("Examples:\n" + examples);
   program->require_subcommand(1);
-  program->set_help_flag();
+  program->set_help_flag();  // removes CLI11's own; command_line.cpp has the program's
   return program;
 }
 
@@ -345,7 +346,7 @@ CommandTable command_table(const CLI::App& command) {
   std::vector<std::string> groups;
   for (const CLI::Option* option : command.get_options()) {
     const std::string& group = option->get_group();
-    if (group.empty()) continue;
+    if (group.empty()) continue;  // hidden
     if (std::find(groups.begin(), groups.end(), group) == groups.end()) groups.push_back(group);
     if (option->get_positional()) table.options.push_back(option_row(*option));
   }

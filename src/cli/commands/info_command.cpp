@@ -82,6 +82,7 @@ Result<int> run_info(const CommandLine& line, const InfoOptions& options) {
     return make_error(ErrorCode::kUsage, "-o is the picture of --show plan - add that");
   const std::string extension =
       lower_case(std::filesystem::path(options.input).extension().string());
+  // A numbered model is a mesh sequence, which load_scene() takes as a scene.
   const bool is_scene =
       extension == ".json" || (is_model_file(options.input) && is_numbered(options.input));
   if (!is_scene) {

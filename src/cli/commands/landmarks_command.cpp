@@ -31,8 +31,8 @@ std::string point_text(const std::optional<Vec3>& p) {
   return p ? fmt::format("[{:.6g}, {:.6g}, {:.6g}]", p->x, p->y, p->z) : "-";
 }
 
-/// Writes the matched tips of limbs in the form of plan.landmarks. A tip that several legs name has
-/// its point in the first of them.
+/// Writes the matched tips of limbs in the form of plan.landmarks. If several legs have a
+/// tip of the same name, the point of the first leg is written.
 JsonValue landmarks_json(const std::vector<LegCandidates>& legs) {
   JsonValue landmarks = JsonValue::object();
   const auto set = [&](const std::string& key, const std::string& name, Vec3 p) {

@@ -15,8 +15,8 @@ struct MeshOptions {
   std::vector<std::string> sets;
 };
 
-/// Parses --error, a fraction of the diagonal or a percentage. Errors (kUsage): it is not above 0
-/// and at most 10 %.
+/// Parses --error, a fraction of the diagonal or a percentage. Errors: kUsage, unless the fraction
+/// is above 0 and at most 10 %.
 Result<double> parse_mesh_error(const std::string& text) {
   std::string_view number = text;
   const bool is_percent = number.ends_with('%');

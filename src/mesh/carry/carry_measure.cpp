@@ -9,8 +9,8 @@
 namespace polymorph {
 namespace {
 
-/// Fractions of the limit, for DeviationSettings: points of the surface beyond kMiss count as
-/// missed.
+/// DeviationSettings::negligible, ::sufficient, ::precision and ::listed (beyond which the mesh
+/// misses a point of the surface), as fractions of the limit.
 constexpr float kNegligible = 0.8f, kSufficient = 0.4f, kPrecision = 0.02f, kMiss = 0.5f;
 
 void raise_to_maximum(CarryFault& fault, const Deviation& deviation) {
@@ -54,6 +54,7 @@ std::vector<std::uint32_t> find_inverted(std::span<const Vec3> points,
         const Vec3 middle = (points[t.v[0]] + points[t.v[1]] + points[t.v[2]]) / 3,
                    normal = area_normal(points, t);
         const ClosestPoint hit = closest_near(target, middle, near[t.v[0]]);
+        // Triangles without area and NaN count as inverted, too.
         is_inverted[f] = !(dot(normal, face_normal_at(target, middle, hit, normal)) > 0);
       },
       /*grain=*/256);
@@ -117,7 +118,7 @@ CarryMeasure CarryMeter::measure(std::span<const Vec3> points, std::span<const T
       if (old_index[f] != KnownDeviation::kNew) new_index[old_index[f]] = f;
     std::iota(same_index.begin(), same_index.end(), 0u);
     std::vector<std::uint32_t> mesh_near = surface_to_mesh_->nearest;
-    for (std::uint32_t& t : mesh_near)  // a triangle that has changed often has its former number
+    for (std::uint32_t& t : mesh_near)  // a changed triangle usually keeps its index
       if (new_index[t] != KnownDeviation::kNew) t = new_index[t];
     const KnownDeviation known_mesh{
         *mesh_to_surface_, std::move(old_index), {}, /*is_other_same=*/true},

@@ -21,7 +21,7 @@ struct CarryMeasure {
   float badness = 0;
   std::vector<float> triangle_distance;   ///< per triangle: maximum to and from the surface
   std::vector<std::uint32_t> inverted;    ///< indices of triangles
-  std::vector<Deviation::Listed> misses;  ///< surface points beyond 0.4 limits from the mesh
+  std::vector<Deviation::Listed> misses;  ///< surface points beyond half a limit from the mesh
   std::vector<std::uint32_t> near;        ///< nearest triangle of the surface, per mesh point
   std::vector<std::uint32_t> mesh_near;   ///< nearest triangle of the mesh, per surface point
 };
@@ -40,7 +40,7 @@ std::vector<std::uint32_t> find_inverted(std::span<const Vec3> points,
 /// measured again.
 class CarryMeter {
  public:
-  /// Distances below 0.6 `limit` are only bounded, which is faster (Deviation).
+  /// Distances below 0.8 `limit` are only bounded, which is faster (Deviation).
   CarryMeter(const CarryTarget& target, float limit) : target_(target), limit_(limit) {}
   /// `near`: per point, a guess of the surface's nearest triangle; may be empty.
   CarryMeasure measure(std::span<const Vec3> points, std::span<const Triangle> triangles,

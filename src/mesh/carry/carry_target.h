@@ -19,14 +19,14 @@ struct CarryTarget {
 CarryTarget make_carry_target(Mesh surface);
 
 /// Finds the point of the surface that is closest to `from` among those reached from triangle
-/// `hint` by a walk over neighbouring triangles, each of which is nearer than the one before. Where
-/// the walk ends further away than two edges, and without a hint (kNoTriangle), finds the closest
-/// point of the whole surface instead.
+/// `hint` by a walk over neighbouring triangles, each of which is nearer than the one before. If
+/// the walk ends at a distance of more than twice CarryTarget::edge from `from`, or there is no
+/// hint (kNoTriangle), finds the closest point of the whole surface instead.
 ClosestPoint closest_near(const CarryTarget& target, Vec3 from, std::uint32_t hint);
 
 /// Unit normal of the face on which `hit`, the point closest to `from`, lies. On an edge or at a
 /// corner, where several faces are equally near, it is the one with the smallest dot product with
-/// `facing`.
+/// `facing`, the carried face's normal: the worst case.
 Vec3 face_normal_at(const CarryTarget& target, Vec3 from, const ClosestPoint& hit, Vec3 facing);
 
 }  // namespace polymorph

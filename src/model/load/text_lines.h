@@ -39,8 +39,8 @@ std::string_view take_word(std::string_view& line);
 /// Removes blanks at both ends.
 std::string_view trim(std::string_view text);
 
-/// A number of an OBJ or MTL file. `problem` is null, or a message with what to do
-/// while `value` is 0.
+/// A number of an OBJ or MTL file. If the word is no valid number, `problem` is a message that says
+/// what to do, and `value` is 0; else `problem` is null.
 struct ParsedReal {
   float value = 0;
   const char* problem = nullptr;

@@ -44,7 +44,8 @@ struct PreparedActor : ActorOutline {
   /// that is left before its end. If the actor plays a mesh sequence, its object has only the
   /// outermost points of all meshes.
   ObjectList objects;
-  /// The legs. Mesh sequences are in their reference poses; leg_at() has the legs of a frame.
+  /// The legs, with each mesh sequence in its reference pose (MeshSequence::reference). leg_at()
+  /// (sequence/prepare/actor_poses.h) makes the legs of a frame.
   std::vector<std::shared_ptr<const Leg>> legs;
   /// Space of all legs if the actor mixes three objects or more; else null.
   std::shared_ptr<const ShapeSpace> space;
