@@ -171,12 +171,26 @@ struct Bandwidth {
   const char* text;
 };
 
-/// Times `extract`, which returns a Status, and its passes, and adds a row. `bytes`: size of the
-/// mesh; `bandwidth`: that of the memory that receives it.
+/// A surface to measure.
+struct SurfaceCase {
+  Bench& bench;
+  const std::string& device;
+  Engine& engine;
+  std::string name;   ///< name of the row
+  std::string input;  ///< balls or pairs that make the surface, for the note
+  ExtractSettings settings = {};
+};
+
+/// Times `extract`, which returns a Status, and its passes, and adds a row. `mesh`: what it
+/// extracts; `bandwidth`: that of the memory that receives the mesh.
 template <class Extract>
-Status measure_extraction(Bench& bench, Engine& engine, const std::string& name,
-                          const std::string& note, double bytes, Bandwidth bandwidth,
-                          const Extract& extract) {
+Status measure_extraction(const SurfaceCase& surface, const std::string& name, const Mesh& mesh,
+                          Bandwidth bandwidth, const Extract& extract) {
+  Bench& bench = surface.bench;
+  const Engine& engine = surface.engine;
+  const std::string note = fmt::format("{}, {} triangles", surface.input, mesh.triangles.size());
+  // A lower bound of the bytes to write: 24 per vertex (position and normal) and 12 per triangle.
+  const double bytes = static_cast<double>(mesh.positions.size() * 24 + mesh.triangles.size() * 12);
   std::map<std::string, std::vector<double>> passes;
   std::vector<std::string> pass_order;
   PM_TRY(const Timing timing, time_runs(bench.settings.repeats, [&]() -> Status {
@@ -202,28 +216,25 @@ Status measure_extraction(Bench& bench, Engine& engine, const std::string& name,
   return Ok{};
 }
 
-/// Measures a surface on the CPU, or on a GPU without and with the download of its mesh. `input`:
-/// what the surface is made of, for the note; `extract(settings, mesh)` returns a Status. Stores
-/// the mesh.
+/// Measures a surface on the CPU, or on a GPU without and with the download of its mesh.
+/// `extract(settings, mesh)` returns a Status. Stores the mesh.
 template <class Extract>
-Status measure_surface(Bench& bench, const std::string& device, Engine& engine,
-                       const std::string& name, const std::string& input, ExtractSettings settings,
-                       Mesh& mesh, const Extract& extract) {
+Status measure_surface(const SurfaceCase& surface, Mesh& mesh, const Extract& extract) {
+  ExtractSettings settings = surface.settings;
   PM_TRY_STATUS(extract(settings, mesh));
-  const std::string note = fmt::format("{}, {} triangles", input, mesh.triangles.size());
-  // A lower bound of the bytes to write: 24 per vertex (position and normal) and 12 per triangle.
-  const double bytes = static_cast<double>(mesh.positions.size() * 24 + mesh.triangles.size() * 12);
-  const auto measure = [&](const std::string& row_name, Bandwidth bandwidth, Mesh& target) {
-    return measure_extraction(bench, engine, row_name, note, bytes, bandwidth,
-                              [&] { return extract(settings, target); });
-  };
   // The bandwidths are those of host memory, device memory and the bus (docs/performance.md).
-  if (device == "cpu") return measure(name, {1e10, "10 GB/s"}, mesh);
-  Mesh empty;  // without a download the engine returns no mesh
-  settings.download = false;
-  PM_TRY_STATUS(measure(name + ", kept there", {4.3e12, "4.3 TB/s"}, empty));
-  settings.download = true;
-  return measure(name, {5e10, "50 GB/s"}, mesh);
+  const bool on_cpu = surface.device == "cpu";
+  if (!on_cpu) {
+    Mesh empty;  // without a download the engine returns no mesh
+    settings.download = false;
+    PM_TRY_STATUS(measure_extraction(surface, surface.name + ", kept there", mesh,
+                                     {4.3e12, "4.3 TB/s"},
+                                     [&] { return extract(settings, empty); }));
+  }
+  const Bandwidth bandwidth = on_cpu ? Bandwidth{1e10, "10 GB/s"} : Bandwidth{5e10, "50 GB/s"};
+  Mesh target;
+  return measure_extraction(surface, surface.name, mesh, bandwidth,
+                            [&] { return extract(surface.settings, target); });
 }
 
 /// Computes the distances from a torus with these radii, on 129^3 points over [-2, 2]^3.
@@ -262,15 +273,15 @@ Status bench_between(Bench& bench, const std::string& device) {
   }
   const Grid grid = bench_grid(bench.settings.grid);
   Mesh mesh;
-  return measure_surface(bench, device, *engine,
-                         fmt::format("between objects {}^3", bench.settings.grid),
-                         fmt::format("{} pairs", kPairs), {}, mesh,
-                         [&](const ExtractSettings& settings, Mesh& target) {
-                           MorphSurface surface{std::make_shared<const Regression>(map), from, to};
-                           // Half way, both objects' distances are read with and without detail.
-                           surface.smooth_from = from, surface.smooth_to = to;
-                           return to_status(engine->extract(surface, grid, settings, target));
-                         });
+  return measure_surface(
+      {bench, device, *engine, fmt::format("between objects {}^3", bench.settings.grid),
+       fmt::format("{} pairs", kPairs)},
+      mesh, [&](const ExtractSettings& settings, Mesh& target) {
+        MorphSurface surface{std::make_shared<const Regression>(map), from, to};
+        // Half way, both objects' distances are read with and without detail.
+        surface.smooth_from = from, surface.smooth_to = to;
+        return to_status(engine->extract(surface, grid, settings, target));
+      });
 }
 
 }  // namespace
@@ -291,11 +302,11 @@ Status bench_surface(Bench& bench, const std::string& device, Engine& engine, Me
   }
   const std::string name =
       fmt::format("surface {} {}^3", field_name(file.kind), bench.settings.grid);
-  PM_TRY_STATUS(measure_surface(bench, device, engine, name, fmt::format("{} balls", balls.size()),
-                                settings, mesh,
-                                [&](const ExtractSettings& row_settings, Mesh& target) {
-                                  return extract_once(engine, balls, grid, row_settings, target);
-                                }));
+  PM_TRY_STATUS(measure_surface(
+      {bench, device, engine, name, fmt::format("{} balls", balls.size()), settings}, mesh,
+      [&](const ExtractSettings& row_settings, Mesh& target) {
+        return extract_once(engine, balls, grid, row_settings, target);
+      }));
   return bench_interpolation(bench, name, {balls, settings, mesh}, engine);
 }
 
