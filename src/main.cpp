@@ -20,10 +20,6 @@ int main(int argc, char** argv) {
   // With glibc's eight arenas per core, memory that a thread frees stays in its arena, and a long
   // film takes more and more memory.
   mallopt(M_ARENA_MAX, 1);
-  // Each frame frees and allocates the same arrays. Memory that goes back to the system would be
-  // cleared and mapped again for each, which takes about 1 % of a preview.
-  mallopt(M_MMAP_THRESHOLD, 1 << 25);
-  mallopt(M_TRIM_THRESHOLD, 1 << 28);
 #endif
   return polymorph::run_program(argc, argv);
 }
