@@ -186,25 +186,6 @@ bool reaches(double value, const std::string& goal) {
   return bound && holds(value, goal.substr(0, space), *bound);
 }
 
-const std::vector<std::string>& metric_names() {
-  static const std::vector<std::string> names = [] {
-    // Every morph has all metrics, so a tetrahedron that stands still names them.
-    const Mesh tetrahedron{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
-                           {},
-                           {{{0, 2, 1}}, {{0, 1, 3}}, {{0, 3, 2}}, {{1, 2, 3}}}};
-    MorphEnds ends;
-    ends.source = ends.target = tetrahedron;
-    std::vector<std::string> list;
-    for (const Metric& metric :
-         analyze_morph(ends, {{/*time=*/0, /*u=*/0, tetrahedron, /*centers=*/{}},
-                              {/*time=*/1, /*u=*/1, tetrahedron, /*centers=*/{}}})
-             .metrics)
-      list.push_back(metric.name);
-    return list;
-  }();
-  return names;
-}
-
 Result<Limit> parse_limit(const std::string& text) {
   const auto sign = text.find_first_of("<>=");
   Limit limit;
@@ -222,7 +203,7 @@ Result<Limit> parse_limit(const std::string& text) {
     const auto bound = parse_number(trim(text.substr(sign + (has_equals_sign ? 2 : 1))));
     if (bound && !limit.metric.empty()) {
       limit.bound = *bound;
-      const std::vector<std::string>& names = metric_names();
+      const std::vector<std::string> names = metric_names();
       if (std::find(names.begin(), names.end(), limit.metric) != names.end()) return limit;
       return make_error(ErrorCode::kUsage,
                         "--fail-on {}: no metric is called \"{}\"{} - there are {}", text,

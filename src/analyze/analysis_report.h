@@ -44,8 +44,4 @@ std::vector<std::string> broken_limits(const std::vector<Analysis>& morphs,
 /// empty goal is always reached.
 bool reaches(double value, const std::string& goal);
 
-/// Lists the names of all metrics, in the order of the report. The first call takes some tenths of
-/// a second.
-const std::vector<std::string>& metric_names();
-
 }  // namespace polymorph

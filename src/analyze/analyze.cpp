@@ -312,6 +312,23 @@ void add_surface_checks(Analysis& analysis) {
                               "frames without a surface that is closed, manifold and oriented"});
 }
 
+/// Appends all metrics. `analysis` already contains the measures of the frames.
+void add_metrics(const MeasuredMorph& morph, const EndErrors& errors, Analysis& analysis) {
+  add_attributes(morph, analysis);
+  add_topology(analysis);
+  add_features(morph, errors, analysis);
+  add_correspondence_metrics(morph.ends, analysis);
+  add_rigidity(morph, analysis);
+  add_smoothness_metrics(morph.ends, morph.frames, morph.size, analysis);
+  add_roughness_metrics(analysis);
+  add_step_metrics(morph.ends, morph.frames, morph.size, analysis);
+  add_monotonicity(analysis);
+  add_body_metrics(analysis);
+  add_transformations(morph, analysis);
+  add_slow_in_out(analysis);
+  add_surface_checks(analysis);
+}
+
 }  // namespace
 
 const Metric* Analysis::find(const std::string& name) const {
@@ -336,20 +353,21 @@ Analysis analyze_morph(const MorphEnds& ends, const std::vector<MorphFrame>& fra
   analysis.from = ends.from;
   analysis.to = ends.to;
   const EndErrors errors = measure_frames(morph, analysis);
-  add_attributes(morph, analysis);
-  add_topology(analysis);
-  add_features(morph, errors, analysis);
-  add_correspondence_metrics(ends, analysis);
-  add_rigidity(morph, analysis);
-  add_smoothness_metrics(ends, frames, morph.size, analysis);
-  add_roughness_metrics(analysis);
-  add_step_metrics(ends, frames, morph.size, analysis);
-  add_monotonicity(analysis);
-  add_body_metrics(analysis);
-  add_transformations(morph, analysis);
-  add_slow_in_out(analysis);
-  add_surface_checks(analysis);
+  add_metrics(morph, errors, analysis);
   return analysis;
+}
+
+std::vector<std::string> metric_names() {
+  // Every morph has all metrics, so frames that were not measured name them.
+  MorphEnds ends;
+  ends.source_shown = ends.target_shown = false;
+  const std::vector<MorphFrame> frames(2);
+  Analysis analysis;
+  analysis.frames.resize(frames.size());
+  add_metrics({ends, frames}, {}, analysis);
+  std::vector<std::string> names;
+  for (const Metric& metric : analysis.metrics) names.push_back(metric.name);
+  return names;
 }
 
 std::optional<Similarity> fit_similarity(const std::vector<Vec3>& from,

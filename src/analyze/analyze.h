@@ -105,4 +105,7 @@ std::string morph_name(const Analysis& morph);
 /// Measures a morph, deterministically. Takes at least two frames, ordered by time.
 Analysis analyze_morph(const MorphEnds& ends, const std::vector<MorphFrame>& frames);
 
+/// Lists the names of all metrics, in the order of Analysis::metrics.
+std::vector<std::string> metric_names();
+
 }  // namespace polymorph

@@ -1,5 +1,6 @@
 #include "image/quantize_srgb.h"
 
+#include <algorithm>
 #include <bit>
 #include <cstddef>
 #include <cstring>
@@ -11,31 +12,21 @@
 namespace polymorph {
 namespace {
 
-/// A bucket holds the floats of equal leading bits: 512 per power of two, which is fine enough that
-/// the code changes at most once in it.
-constexpr std::uint32_t kBucketShift = 14, kBucketSize = 1u << kBucketShift;
-constexpr float kFirstValue = 0x1p-13f;  ///< smaller values have code 0
-constexpr std::uint32_t kFirstEntry = std::bit_cast<std::uint32_t>(kFirstValue) >> kBucketShift;
+constexpr std::uint32_t kShift = SrgbQuantizer::kShift, kBucketSize = 1u << kShift;
+constexpr float kFirst = SrgbQuantizer::kFirst;
+constexpr std::uint32_t kFirstBucket = std::bit_cast<std::uint32_t>(kFirst) >> kShift;
 
-/// Makes a table of one entry per bucket: the code of its first float in the lowest 8 bits, and
-/// above them the number of its floats that have this code.
+/// Makes a table of one entry per bucket of SrgbQuantizer: the code of its first float in the
+/// lowest 8 bits, and above them the number of its floats that have this code.
 std::vector<float> make_entries() {
   const SrgbQuantizer& code_of = SrgbQuantizer::instance();
-  const std::uint32_t end = (std::bit_cast<std::uint32_t>(1.0f) >> kBucketShift) + 1;
+  const std::uint32_t end = (std::bit_cast<std::uint32_t>(1.0f) >> kShift) + 1;
   std::vector<float> entries;
-  for (std::uint32_t bucket = kFirstEntry; bucket < end; ++bucket) {
-    const auto code_at = [&](std::uint32_t i) {
-      return code_of(std::bit_cast<float>((bucket << kBucketShift) + i));
-    };
-    const std::uint32_t code = code_at(0);
-    // Bisection: float `low` has the code, and float `high` the next one or none.
-    std::uint32_t low = 0, high = kBucketSize;
-    if (code_at(kBucketSize - 1) == code) low = kBucketSize - 1;
-    while (high - low > 1) {
-      const std::uint32_t middle = (low + high) / 2;
-      (code_at(middle) == code ? low : high) = middle;
-    }
-    entries.push_back(std::bit_cast<float>(high << 8 | code));
+  for (std::uint32_t bucket = kFirstBucket; bucket < end; ++bucket) {
+    const std::uint32_t first = bucket << kShift;
+    const std::uint32_t code = code_of(std::bit_cast<float>(first));
+    const auto next = std::bit_cast<std::uint32_t>(code_of.lowest(code + 1));
+    entries.push_back(std::bit_cast<float>(std::min(next - first, kBucketSize) << 8 | code));
   }
   return entries;
 }
@@ -45,11 +36,11 @@ std::vector<float> make_entries() {
 void quantize_pack(const float* entries, const float* linear, std::uint8_t* codes) {
   typedef std::uint8_t Bytes __attribute__((vector_size(8)));
   const Pack v = Lanes<Pack>::load(linear);
-  const Pack first = broadcast<Pack>(kFirstValue);
+  const Pack first = broadcast<Pack>(kFirst);
   // Comparisons in this order take NaN for 0.
   const Pack value = select(v >= first, min(v, broadcast<Pack>(1)), first);
   const PackBits bits = float_bits(value);
-  const PackBits entry = float_bits(gather(entries, (bits >> kBucketShift) - kFirstEntry));
+  const PackBits entry = float_bits(gather(entries, (bits >> kShift) - kFirstBucket));
   const PackBits above = reinterpret_cast<PackBits>((bits & (kBucketSize - 1)) >= entry >> 8) & 1u;
   const Bytes bytes = __builtin_convertvector((entry & 255u) + above, Bytes);
   std::memcpy(codes, &bytes, sizeof bytes);

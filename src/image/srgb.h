@@ -32,11 +32,14 @@ class SrgbQuantizer {
   /// `offset` in [0, 1); a random offset rounds randomly. A pow is rarely needed.
   std::uint8_t operator()(float linear, float offset) const;
 
- private:
   /// A bucket holds the floats of equal leading bits. The code changes at most once per bucket: the
   /// relative width of a bucket is 1/512, that of a code at least 1/110.
   static constexpr std::uint32_t kShift = 14;
   static constexpr float kFirst = 0x1p-13f;  ///< start of the table; smaller values have code 0
+  /// Returns the smallest linear value of a code; infinity for 256.
+  float lowest(std::size_t code) const { return lowest_[code]; }
+
+ private:
   SrgbQuantizer();
   std::array<float, 257> lowest_;    ///< the smallest linear value of each code; infinity after 255
   std::vector<std::uint8_t> start_;  ///< code of the smallest value of each bucket

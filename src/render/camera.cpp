@@ -71,7 +71,7 @@ void set_axes(Camera& camera, Vec3 forward, Vec3 up) {
 Box make_usable_box(const Box& box) {
   if (box.empty()) return {{-1, -1, -1}, {1, 1, 1}};
   if (box.diagonal() > 0) return box;
-  return {box.low - Vec3{1, 1, 1}, box.high + Vec3{1, 1, 1}};
+  return widened(box, 1);
 }
 
 Vec3 rotate_about_y(Vec3 offset, float degrees) {

@@ -433,8 +433,7 @@ Vector3d half_extents(const Ball& ball, double w) {
 bool extends_beyond(const std::vector<Ball>& balls, const Box& box) {
   constexpr int kSteps = 24;  // per side of the box
   const float margin = 0.08f * box.diagonal();
-  const Box wide = {box.low - Vec3{margin, margin, margin},
-                    box.high + Vec3{margin, margin, margin}};
+  const Box wide = widened(box, margin);
   const Vec3 size = wide.size();
   const auto is_outside = [&](Vec3 p) { return !(min(max(p, wide.low), wide.high) == p); };
   const auto is_inside_surface = [&](Vec3 p) {

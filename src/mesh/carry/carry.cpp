@@ -426,12 +426,11 @@ void Carrier::finish(std::size_t k, const CarryTarget& target) {
   }
 }
 
-/// Tests whether the mesh at time `k` is still good. Bisections at other times do not change the
-/// mesh as a set of points, so distances remain valid; but the halves of a triangle that is curved
-/// over the surface may be inverted.
+/// Tests whether the mesh at time `k`, which was good, is still so. Bisections at other times do
+/// not change the mesh as a set of points, so distances remain valid; but the halves of a triangle
+/// that is curved over the surface may be inverted.
 bool Carrier::is_good_after_divisions(std::size_t k, const CarryTarget& target) {
   State& state = states_[k];
-  if (!is_good(state.fault)) return false;
   std::vector<Triangle> new_triangles;
   for (const Triangle& t : triangles_)
     if (std::max({t.v[0], t.v[1], t.v[2]}) >= state.points) new_triangles.push_back(t);
@@ -546,8 +545,12 @@ Result<CarriedMesh> Carrier::result() {
     std::vector<std::size_t> broken;
     for (std::size_t k = 0; k < points_.size(); ++k) {
       const Activity activity(stage_name("checking", k));
-      PM_TRY(const CarryTarget target, surface_.at(times_[k]));
-      if (!is_good_after_divisions(k, target)) broken.push_back(k);
+      if (!is_good(states_[k].fault)) {
+        broken.push_back(k);
+      } else if (states_[k].points < points_[k].size()) {  // new halves may be inverted
+        PM_TRY(const CarryTarget target, surface_.at(times_[k]));
+        if (!is_good_after_divisions(k, target)) broken.push_back(k);
+      }
     }
     for (const std::size_t k : broken) {
       const Activity activity(stage_name("repairing", k));

@@ -79,8 +79,7 @@ struct DeviceScene {
       box = extend(extend(box, traced.at(v, 0)), traced.at(v, 1));
     // The margin is 64 units in the last place of the longest ray's length; find_entry() is off by
     // a few.
-    const float pad = slack * 0x1p-4f;
-    return {box.low - Vec3{pad, pad, pad}, box.high + Vec3{pad, pad, pad}};
+    return widened(box, slack * 0x1p-4f);
   }
 
   /// Finds the nearest mesh in (0, ray.far).

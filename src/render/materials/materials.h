@@ -71,7 +71,8 @@ PM_HD Shading own_shading(const M& material, Vec3 texel) {
           material.metallic,      material.transmission, material.ior};
 }
 /// Interpolates componentwise: (1 - t) a + t b.
-PM_HD inline Shading mix(const Shading& a, const Shading& b, float t) {
+template <class T3>
+PM_HD ShadingOf<T3> mix(const ShadingOf<T3>& a, const ShadingOf<T3>& b, ComponentOf<T3> t) {
   return {lerp(a.color, b.color, t),
           lerp(a.specular, b.specular, t),
           lerp(a.roughness, b.roughness, t),

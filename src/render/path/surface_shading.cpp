@@ -141,23 +141,13 @@ ShadingOf<Pack3> layer_shading(const MaterialLayer& layer, const MeshHitOf<Pack>
   return own.transposed();
 }
 
-ShadingOf<Pack3> mix(const ShadingOf<Pack3>& a, const ShadingOf<Pack3>& b, float t) {
-  const Pack weight = broadcast<Pack>(t);
-  return {lerp(a.color, b.color, weight),
-          lerp(a.specular, b.specular, weight),
-          lerp(a.roughness, b.roughness, weight),
-          lerp(a.metallic, b.metallic, weight),
-          lerp(a.transmission, b.transmission, weight),
-          lerp(a.ior, b.ior, weight)};
-}
-
 /// Computes mesh_shading() at eight hits of one mesh.
 ShadingOf<Pack3> mesh_shading(const RenderMesh& mesh, const MeshHitOf<Pack>& hit) {
   if (is_uniform(mesh)) return broadcast_shading(mesh_shading(mesh, lane(hit, 0)));
   ShadingOf<Pack3> shading = layer_shading(mesh, hit);
   for (const MixedLayer& layer : mesh.over)
     if (!layer.materials.empty() && layer.share > 0)
-      shading = mix(shading, layer_shading(layer, hit), clamp01(layer.share));
+      shading = mix(shading, layer_shading(layer, hit), broadcast<Pack>(clamp01(layer.share)));
   if (!mesh.vertex_colors.empty() && mesh.vertex_color_opacity > 0) {
     Pack3 color;
     for (int l = 0; l < kLanes; ++l) {
@@ -204,7 +194,7 @@ ShadingOf<Pack3> mixed_shading(const World& world, const MeshHitOf<Pack>& hit) {
   const ShadingOf<Pack3> look = broadcast_shading(look_shading(world.look));
   if (weight >= 1) return look;
   const ShadingOf<Pack3> own = mesh_shading(*mesh, hit);
-  return weight > 0 ? mix(own, look, weight) : own;
+  return weight > 0 ? mix(own, look, broadcast<Pack>(weight)) : own;
 }
 
 BsdfOf<Pack3> make_bsdf_at(const World& world, const MeshHitOf<Pack>& hit, const Pack3& normal,
