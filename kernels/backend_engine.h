@@ -9,7 +9,7 @@
 //     threads; leads_group() tests for rank 0. kParts teams share a node of the tree. V is float or
 //     a pack;
 //   kManyRoots, kHostMemory; for_each(), for_teams(), scan();
-//   Buffer<T> with resize() and fit(); upload(), download(), output();
+//   Buffer<T> with resize() and fit(); upload(), download(), output(), queue_download();
 //   start_frame(), everything_fitted(), finish_frame(); pass_times(), memory_used();
 //   and, if kHostMemory is true, grow() and threads().
 // If memory runs out or a device fails, a backend throws EngineFailure or std::bad_alloc;

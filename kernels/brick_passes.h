@@ -203,18 +203,18 @@ class MeshPasses {
     }
   }
 
-  /// Copies the mesh to the caller, unless the backend wrote it there. `sizes`: the mesh's numbers
-  /// of vertices and triangles.
+  /// Has the frame's end copy the mesh to the caller, unless the backend wrote it there. `sizes`:
+  /// the mesh's numbers of vertices and triangles.
   void download(Offsets sizes) {
     check_vertex_count(sizes.first);
     if (!settings_.download) return;
-    backend_.download(mesh_.positions, positions_, sizes.first);
+    backend_.queue_download(mesh_.positions, positions_, sizes.first);
     if (settings_.flat) {
       mesh_.normals.clear();
     } else {
-      backend_.download(mesh_.normals, normals_, sizes.first);
+      backend_.queue_download(mesh_.normals, normals_, sizes.first);
     }
-    backend_.download(mesh_.triangles, triangles_, sizes.second);
+    backend_.queue_download(mesh_.triangles, triangles_, sizes.second);
   }
 
  private:

@@ -205,7 +205,7 @@ class BasicCpuBackend {
   }
   /// Does nothing, because output() and grow() return the result's own memory.
   template <class T>
-  void download(std::vector<T>&, View<T>, std::int64_t) {}
+  void queue_download(std::vector<T>&, View<T>, std::int64_t) {}
 
   static std::int64_t threads() { return tbb::this_task_arena::max_concurrency(); }
 

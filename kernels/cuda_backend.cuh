@@ -4,6 +4,7 @@
 
 #include <cuda_runtime.h>
 #include <nvtx3/nvToolsExt.h>
+#include <tbb/task_group.h>
 
 #include <algorithm>
 #include <array>
@@ -124,10 +125,17 @@ struct CudaTeam {
 #endif
 };
 
+/// The least number of a pass's teams that a multiprocessor must have room for, which limits the
+/// registers of a thread: F::kMinTeams, or 0 (no limit) if there is none.
+template <class F, class = void>
+constexpr int kMinTeams = 0;
+template <class F>
+constexpr int kMinTeams<F, std::void_t<decltype(F::kMinTeams)>> = F::kMinTeams;
+
 /// Calls f with one team (block) per item and part. There are *count items; those from `limit` on
 /// do not fit into memory and are left out.
 template <class F>
-__global__ void __launch_bounds__(F::kThreads)
+__global__ void __launch_bounds__(F::kThreads, kMinTeams<F>)
     run_teams(const std::int64_t* count, std::int64_t limit, int parts, F f) {
   __shared__ typename F::Scratch scratch;
   const std::int64_t n = (*count < limit ? *count : limit) * parts;
@@ -333,33 +341,13 @@ class CudaBackend {
       done += size;
     }
   }
-  /// Downloads through pinned memory in chunks: while some are transferred, all host threads copy
-  /// the chunks that have arrived.
+  /// Downloads through pinned memory; returns when everything has arrived.
   template <class T>
   void download(T* to, View<T> from) {
     const Scope scope(*this, "download");
-    const auto bytes = static_cast<std::size_t>(from.size) * sizeof(T);
-    const auto* source = reinterpret_cast<const char*>(from.data);
-    auto* target = reinterpret_cast<char*>(to);
-    const std::size_t chunks = (bytes + kChunkBytes - 1) / kChunkBytes;
-    const auto size = [&](std::size_t chunk) {
-      return std::min(kChunkBytes, bytes - chunk * kChunkBytes);
-    };
-    const auto start_transfer = [&](std::size_t chunk) {
-      if (chunk >= chunks) return;
-      check_cuda(
-          cudaMemcpyAsync(staging_ + chunk % kChunks * kChunkBytes, source + chunk * kChunkBytes,
-                          size(chunk), cudaMemcpyDeviceToHost, stream_),
-          "download");
-      check_cuda(cudaEventRecord(arrived_[chunk % kChunks], stream_), "download");
-    };
-    for (std::size_t chunk = 0; chunk < kChunks; ++chunk) start_transfer(chunk);
-    for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
-      check_cuda(cudaEventSynchronize(arrived_[chunk % kChunks]), "download");
-      parallel_copy(target + chunk * kChunkBytes, staging_ + chunk % kChunks * kChunkBytes,
-                    size(chunk));
-      start_transfer(chunk + kChunks);
-    }
+    downloads_.push_back({reinterpret_cast<char*>(to), reinterpret_cast<const char*>(from.data),
+                          static_cast<std::size_t>(from.size) * sizeof(T)});
+    finish_downloads();
   }
   /// Returns the memory into which a pass writes *count elements of a result: device memory, from
   /// which download() copies.
@@ -368,16 +356,20 @@ class CudaBackend {
                  std::int64_t guess) {
     return buffer.fit(*this, count, 1, guess);
   }
+  /// Resizes a result to n elements, which finish_frame() downloads with those of other results.
   template <class T>
-  void download(std::vector<T>& to, View<T> from, std::int64_t n) {
+  void queue_download(std::vector<T>& to, View<T> from, std::int64_t n) {
     to.resize(static_cast<std::size_t>(n));
-    download(to.data(), View<T>{from.data, n});
+    downloads_.push_back({reinterpret_cast<char*>(to.data()),
+                          reinterpret_cast<const char*>(from.data),
+                          static_cast<std::size_t>(n) * sizeof(T)});
   }
 
   void start_frame(std::size_t max_memory) {
     check_cuda(cudaSetDevice(device_), "select the device");
     used_marks_ = 0;
     fits_.clear();
+    downloads_.clear();
     staged_bytes_ = 0;
     max_memory_ = max_memory;
   }
@@ -407,6 +399,10 @@ class CudaBackend {
   std::size_t memory_used() const { return used_; }
 
   void finish_frame() {
+    if (!downloads_.empty()) {
+      const Scope scope(*this, "download");
+      finish_downloads();
+    }
     // After everything_fitted() there is nothing to wait for, unless a mesh was downloaded.
     if (std::strcmp(marks_[used_marks_ - 1].name, kNoPass) == 0) return;
     mark(kNoPass);
@@ -461,6 +457,66 @@ class CudaBackend {
     ++used_marks_;
   }
 
+  /// Bytes to copy from the device to the host.
+  struct Download {
+    char* to;
+    const char* from;
+    std::size_t bytes;
+  };
+  /// Copies downloads_ in chunks, which all host threads copy out of pinned memory as they arrive.
+  /// That memory is a ring of kBatches batches of chunks: while the chunks of one are copied, those
+  /// of the next ones are transferred.
+  void finish_downloads() {
+    const std::vector<Download> chunks = split_downloads();
+    std::array<tbb::task_group, kBatches> copies;
+    const auto for_batch = [&](std::size_t batch, const auto& f) {
+      const std::size_t end = std::min((batch + 1) * kBatchChunks, chunks.size());
+      for (std::size_t i = batch * kBatchChunks; i < end; ++i) {
+        const std::size_t slot = i % (kBatches * kBatchChunks);
+        f(chunks[i], staging_ + slot * kChunkBytes, arrived_[slot]);
+      }
+    };
+    const auto start_transfers = [&](std::size_t batch) {
+      copies[batch % kBatches].wait();  // of the ring's last round
+      for_batch(batch, [&](const Download& chunk, char* pinned, cudaEvent_t arrived) {
+        check_cuda(
+            cudaMemcpyAsync(pinned, chunk.from, chunk.bytes, cudaMemcpyDeviceToHost, stream_),
+            "download");
+        check_cuda(cudaEventRecord(arrived, stream_), "download");
+      });
+    };
+    try {
+      for (std::size_t batch = 0; batch + 1 < kBatches; ++batch) start_transfers(batch);
+      for (std::size_t batch = 0; batch * kBatchChunks < chunks.size(); ++batch) {
+        for_batch(batch, [&](const Download& chunk, const char* pinned, cudaEvent_t arrived) {
+          check_cuda(cudaEventSynchronize(arrived), "download");
+          copies[batch % kBatches].run([=] { parallel_copy(chunk.to, pinned, chunk.bytes); });
+        });
+        start_transfers(batch + kBatches - 1);
+      }
+    } catch (...) {
+      for (tbb::task_group& group : copies) group.wait();  // tasks may still copy
+      throw;
+    }
+    for (tbb::task_group& group : copies) group.wait();
+    downloads_.clear();
+  }
+  /// Splits downloads_ into chunks, and small ones into small chunks, so that copying begins early.
+  std::vector<Download> split_downloads() const {
+    std::size_t total = 0;
+    for (const Download& download : downloads_) total += download.bytes;
+    const std::size_t size = std::clamp(total / 8 / 64 * 64, kChunkBytes / 4, kChunkBytes);
+    std::vector<Download> chunks;
+    for (Download remaining : downloads_) {
+      while (remaining.bytes > 0) {
+        const std::size_t bytes = std::min(remaining.bytes, size);
+        chunks.push_back({remaining.to, remaining.from, bytes});
+        remaining = {remaining.to + bytes, remaining.from + bytes, remaining.bytes - bytes};
+      }
+    }
+    return chunks;
+  }
+
   void* allocate(std::size_t bytes) {
     check_memory(used_ + bytes, max_memory_);
     void* memory = nullptr;
@@ -481,12 +537,15 @@ class CudaBackend {
   static constexpr const char* kNoPass = "";
   /// Bytes of pinned memory for downloads, and the same number again for uploads.
   static constexpr std::size_t kStagingBytes = std::size_t{16} << 20;
-  static constexpr std::size_t kChunks = 8, kChunkBytes = kStagingBytes / kChunks;
+  static constexpr std::size_t kBatches = 4, kBatchChunks = 4;
+  static constexpr std::size_t kChunkBytes = kStagingBytes / (kBatches * kBatchChunks);
 
   int device_ = 0, processors_ = 1;
   cudaStream_t stream_ = nullptr;
   char* staging_ = nullptr;  ///< pinned memory: kStagingBytes for downloads, then for uploads
-  std::array<cudaEvent_t, kChunks> arrived_ = {};  ///< per chunk of the memory for downloads
+  std::array<cudaEvent_t, kBatches* kBatchChunks> arrived_ =
+      {};                            ///< per chunk of the memory for downloads
+  std::vector<Download> downloads_;  ///< not yet started
   std::vector<Fit> fits_;
   /// Bytes of the buffers, their limit (0: none), and the bytes that uploads have staged so far.
   std::size_t used_ = 0, max_memory_ = 0, staged_bytes_ = 0;

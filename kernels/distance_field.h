@@ -150,13 +150,16 @@ struct DistanceField {
   }
 #endif
 
+  struct BrickScratch {};
   /// Evaluates value() at the points of a brick (level_set.h).
   template <class V>
   struct BrickValues {
     const DistanceField& field;
     Grid grid;
     Int3 first;
-    PM_HD BrickValues(const DistanceField& of_field, const Grid& of_grid, Int3 first_point)
+    template <class Team>
+    PM_HD BrickValues(const Team&, BrickScratch&, const DistanceField& of_field,
+                      const Grid& of_grid, Int3 first_point)
         : field(of_field), grid(of_grid), first(first_point) {}
     PM_HD V operator()(int item) const { return field.value(brick_points<V>(grid, first, item)); }
   };
@@ -171,8 +174,6 @@ struct DistanceField {
   };
   template <class V>
   PM_HD Slope<V> slope(const Points<V>& p, V detail) const {
-    // V has one lane on a GPU, where a thread has too few registers for a stencil.
-    if constexpr (Lanes<V>::kCount == 1) return slope_by_values(p, detail);
     const Stencil<V> stencil = stencil_at(p);
     // With all of the detail or none, the other grid's distance is needed at p alone.
     const bool all_detail = has_all_detail(detail),
@@ -205,20 +206,6 @@ struct DistanceField {
   }
 
  private:
-  /// Computes slope() from value() at p and at the six points around it.
-  template <class V>
-  PM_HD Slope<V> slope_by_values(const Points<V>& p, V detail) const {
-    const auto difference = [&](float dx, float dy, float dz) {
-      const Points<V> high = {p.x + dx, p.y + dy, p.z + dz}, low = {p.x - dx, p.y - dy, p.z - dz};
-      return (value(high, detail) - value(low, detail)) * (0.5f * inv_cell);
-    };
-    const V detail_derivative =
-        smooth ? value(p) - interpolate(smooth, locate(p)) : broadcast<V>(0.0f);
-    return {value(p, detail),
-            {difference(cell, 0, 0), difference(0, cell, 0), difference(0, 0, cell)},
-            detail_derivative};
-  }
-
   template <class V>
   PM_HD bool has_all_detail(V detail) const {
     return !smooth || Lanes<V>::bits(detail < 1.0f) == 0;

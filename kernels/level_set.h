@@ -7,8 +7,9 @@
 //   value(p), negated_gradient(p): the field and minus its gradient at Points<V>
 //   prefetch(grid, first), on the CPU: prefetches the distances that value() reads at the points of
 //     the brick whose lowest grid point is `first`
-//   BrickValues<V>(field, grid, first): evaluates value() at the points of that brick; its call
-//     operator takes the index of a pack of points
+//   BrickValues<V>(team, scratch, field, grid, first): evaluates value() at the points of that
+//     brick; its call operator takes the index of a pack of points. The team's threads share
+//     `scratch`, a BrickScratch
 // The bounds of a field have
 //   local(team, box): a Local, which holds the bounds that are valid in all of a node's box
 //   crossing_boxes(middles, half, local, has_rim): a mask of lanes. Bit l is set if the surface can
@@ -31,8 +32,12 @@ namespace polymorph {
 /// Team::kParts teams share a node, as in ClassifyChildren (tree.h).
 template <class Bounds>
 struct ClassifyNodes {
-  static constexpr int kThreads = 512;
-  struct Scratch {};
+  static constexpr int kThreads = 128;
+  struct Scratch {
+    /// Per child of a team: the bounds in its box, and whether the surface can cross that box.
+    typename Bounds::Local local[kChildren];
+    bool crosses[kChildren];
+  };
   Grid grid;
   Bounds bounds;
   Level level;  ///< the children's
@@ -40,7 +45,7 @@ struct ClassifyNodes {
   View<Counts> sums;  ///< per parent: `first` counts the kept children, from 0
 
   template <class Team>
-  PM_HD void operator()(const Team& team, Scratch&, std::int64_t item) const {
+  PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t item) const {
     constexpr int kChildrenPerTeam = kChildren / Team::kParts;
     const std::int64_t p = item / Team::kParts;
     const int begin = static_cast<int>(item % Team::kParts) * kChildrenPerTeam;
@@ -50,11 +55,18 @@ struct ClassifyNodes {
     // children at once anyway.
     if constexpr (Lanes<typename Team::V>::kCount > 1)
       candidates = find_candidates(team, parent.at);
+    team.each(kChildrenPerTeam, [&](int i) {
+      const Int3 at = child_position(parent.at, begin + i);
+      const bool is_candidate = (candidates >> (begin + i) & 1u) != 0 && exists(at);
+      scratch.crosses[i] = is_candidate && can_cross(team, at, scratch.local[i]);
+    });
+    team.sync();
+    // A group tests a child, because few children are left.
     team.each_group(kChildrenPerTeam, [&](int i) {
+      if (!scratch.crosses[i]) return;
       const int child = begin + i;
-      if (!(candidates >> child & 1u)) return;
-      const Int3 at = child_position(parent.at, child);
-      const bool keep = exists(at) && can_cross(team, at);
+      const bool keep = level.cells > kBrickCells ||
+                        can_cross_blocks(team, child_position(parent.at, child), scratch.local[i]);
       if (!keep || !team.leads_group()) return;
       team.add(parents[p].children, std::uint64_t{1} << child);
       team.add(sums[p].first, 1u);
@@ -99,23 +111,23 @@ struct ClassifyNodes {
     return candidates;
   }
 
-  /// Tests one child with the bounds of its own box and, if it is a brick, those of its blocks.
+  /// Tests one child with the bounds of its own box, which it stores in `local`.
   template <class Team>
-  PM_HD bool can_cross(const Team& team, Int3 at) const {
+  PM_HD bool can_cross(const Team& team, Int3 at, typename Bounds::Local& local) const {
     const NodeBox box = node_box(grid, level.cells, /*margin=*/0, at);
     const Vec3 half = 0.5f * (box.high - box.low), middle = box.low + half;
-    const typename Bounds::Local local = bounds.local(team, box);
-    if (!bounds.crossing_boxes(Points<float>{middle.x, middle.y, middle.z}, half, local,
-                               box.has_rim))
-      return false;
-    return level.cells > kBrickCells || can_cross_blocks<typename Team::V>(team, box, local);
+    local = bounds.local(team, box);
+    return bounds.crossing_boxes(Points<float>{middle.x, middle.y, middle.z}, half, local,
+                                 box.has_rim) != 0;
   }
 
   /// Tests whether the surface can cross any of the 4^3 equal blocks of a brick. Blocks have
   /// tighter bounds than the whole brick, so that fewer bricks are sampled.
-  template <class V, class Team>
-  PM_HD bool can_cross_blocks(const Team& team, const NodeBox& box,
+  template <class Team>
+  PM_HD bool can_cross_blocks(const Team& team, Int3 at,
                               const typename Bounds::Local& local) const {
+    using V = typename Team::V;
+    const NodeBox box = node_box(grid, level.cells, /*margin=*/0, at);
     constexpr int kBlocksAlongAxis = 4,
                   kBlocks = kBlocksAlongAxis * kBlocksAlongAxis * kBlocksAlongAxis,
                   kLanes = Lanes<V>::kCount;
@@ -189,6 +201,9 @@ struct PrepareNodes {
 template <class Field>
 struct SampleLevelSet : CountBricks {
   static constexpr int kThreads = 128;
+  struct Scratch : CountBricks::Scratch {
+    typename Field::BrickScratch field;
+  };
   Field field;
 
   template <class Team>
@@ -199,7 +214,8 @@ struct SampleLevelSet : CountBricks {
 #if defined(PM_PACKS)
     if (begin + item + 1 < bricks.size) field.prefetch(grid, first_point(bricks[begin + item + 1]));
 #endif
-    const typename Field::template BrickValues<V> values_at(field, grid, first);
+    const typename Field::template BrickValues<V> values_at(team, scratch.field, field, grid,
+                                                            first);
     team.each(kBrickValues / kLanes,
               [&](int i) { Lanes<V>::store(scratch.values + kLanes * i, values_at(i)); });
     team.sync();
@@ -210,6 +226,8 @@ struct SampleLevelSet : CountBricks {
 /// Source of PlaceVertices (vertices.h) for a level set. All bricks have the same field.
 template <class Field>
 struct LevelSetVertices {
+  /// About as many threads as a brick has vertices. Eight teams leave 128 registers for each.
+  static constexpr int kThreads = 64, kMinTeams = 8;
   Field field;
   float inv_cell = 1;
 

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "brick_passes.h"
@@ -241,18 +242,32 @@ void sample_map(Workspace<B>& work, const std::shared_ptr<const Regression>& reg
   work.backend.download(values.data(), out);
 }
 
-/// Returns the Strain around each node of the map, in backend memory. It bounds the derivatives of
-/// the objects' distances in scene units.
+/// Returns the largest Strain in the window at each node of the map (MaximizeStrain), in backend
+/// memory. It bounds the derivatives of the objects' distances in scene units.
 template <class B>
-View<Strain> bound_strain(Workspace<B>& work, const MorphSurface& surface, const SmoothMap& map) {
+View<const Strain> bound_strain(Workspace<B>& work, const MorphSurface& surface,
+                                const SmoothMap& map) {
+  using V = typename B::Team::V;
+  using Maximize = MaximizeStrain<V>;
   const Int3 n = map.lattice.points;
-  const View<Strain> strain = work.strain.resize(work.backend, std::int64_t{n.x} * n.y * n.z);
+  const std::int64_t row = n.x, layer = row * n.y, nodes = layer * n.z;
+  const std::int64_t padded = nodes + Maximize::kPadding / Maximize::kFloats + 1;
+  View<Strain> strain = work.strain[0].resize(work.backend, padded),
+               windows = work.strain[1].resize(work.backend, padded);
   BoundStrain bound;
   bound.lattice = map.lattice;
-  bound.nodes = {map.nodes, kRegressionValues * strain.size};
+  bound.nodes = {map.nodes, kRegressionValues * nodes};
   bound.scale[0] = surface.from_scale, bound.scale[1] = surface.to_scale;
-  bound.strain = strain;
-  work.backend.for_each(strain.size, bound, "regress");
+  bound.strain = {strain.data, nodes};
+  work.backend.for_each(nodes, bound, "regress");
+  const std::int64_t floats = Maximize::kFloats * nodes;
+  for (const std::int64_t step : {std::int64_t{1}, row, layer}) {
+    work.backend.for_each(
+        (floats + Lanes<V>::kCount - 1) / Lanes<V>::kCount,
+        Maximize{&strain.data->maps.x, &windows.data->maps.x, floats, Maximize::kFloats * step},
+        "regress");
+    std::swap(strain, windows);
+  }
   return strain;
 }
 

@@ -81,42 +81,27 @@ struct MorphField {
   }
 #endif
 
+  using BrickScratch = TeamBrickSpline::Scratch;
   /// Evaluates value() at the points of a brick, a pack at a time.
   template <class V>
   struct BrickValues {
     const MorphField& field;
     Grid grid;
     Int3 first;
-#if defined(PM_PACKS)
-    BrickSpline spline;
-    BrickValues(const MorphField& of_field, const Grid& of_grid, Int3 first_point)
+    BrickSpline<V> spline;
+    template <class Team>
+    PM_HD BrickValues(const Team& team, BrickScratch& scratch, const MorphField& of_field,
+                      const Grid& of_grid, Int3 first_point)
         : field(of_field),
           grid(of_grid),
           first(first_point),
-          spline(field.map, axis_points(grid.origin.x, first.x),
-                 axis_points(grid.origin.y, first.y), axis_points(grid.origin.z, first.z)) {}
-    Pack axis_points(float origin, int index) const {
-      return origin + grid.cell * (Lanes<Pack>::iota() + static_cast<float>(index));
-    }
-#else
-    PM_HD BrickValues(const MorphField& of_field, const Grid& of_grid, Int3 first_point)
-        : field(of_field), grid(of_grid), first(first_point) {}
-#endif
+          spline(team, scratch, field.map, grid, first) {}
     PM_HD V operator()(int item) const {
       const Points<V> p = brick_points<V>(grid, first, item);
-#if defined(PM_PACKS)
-      constexpr int kLanes = Lanes<V>::kCount;
-      if constexpr (kLanes >= kBrickPoints) {
-        if (spline.has_lines()) {
-          // A pack of 8 or 16 points is one line of points along x or two.
-          const int line = item * kLanes / kBrickPoints;
-          V map_values[kRegressionValues];
-          spline.line(line % kBrickPoints, line / kBrickPoints, map_values);
-          return field.value(p, map_values);
-        }
-      }
-#endif
-      return field.value(p);
+      if (!spline.has_lines()) return field.value(p);
+      V map_values[kRegressionValues];
+      spline.values(item, map_values);
+      return field.value(p, map_values);
     }
   };
 
@@ -177,68 +162,71 @@ struct MorphField {
 /// Bounds of a MorphField (level_set.h). They follow from the distances, the progress and the
 /// weight in the middle of a box, and from how far each of these can change within the box.
 struct MorphBounds {
-  using Local = Strain;  ///< the largest strain around the box
+  /// Lengths of the largest strain around a box: how fast the maps, t and w can change in it.
+  struct Local {
+    float maps, progress, weight;
+  };
   MorphField field;
-  View<const Strain> strain;
+  View<const Strain> strain;  ///< per node: the largest strain in a window (MaximizeStrain)
   /// Norm of an affine map (affine_norm()) times its object's scale, the larger one of both maps.
   float affine_norm = 1;
   float lipschitz = 0;  ///< the largest Lipschitz constant of all distances
   float rounding = 0;   ///< distance_rounding() of the surface's grid, scene units
 
-  /// Returns the largest strain of the nodes that contribute to the maps in a box.
+  /// Returns the lengths of the largest strain of the nodes that contribute to the maps in a box.
   template <class Team>
-  PM_HD Strain local(const Team& team, const NodeBox& box) const {
+  PM_HD Local local(const Team&, const NodeBox& box) const {
     const Grid& lattice = field.map.lattice;
     const float origin[3] = {lattice.origin.x, lattice.origin.y, lattice.origin.z};
     const float low[3] = {box.low.x, box.low.y, box.low.z};
     const float high[3] = {box.high.x, box.high.y, box.high.z};
     const int points[3] = {lattice.points.x, lattice.points.y, lattice.points.z};
-    int first[3], count[3];
+    int first[3], last_window[3];
     for (int axis = 0; axis < 3; ++axis) {
       const SplineAxis low_end(low[axis], origin[axis], field.map.inv_spacing, points[axis]);
       const SplineAxis high_end(high[axis], origin[axis], field.map.inv_spacing, points[axis]);
       // Three nodes contribute at each end of the box. One more is taken on each side, because
-      // rounding may assign a point to the next node.
+      // rounding may assign a point to the next node. These are at least four nodes, as many as a
+      // window has.
       first[axis] = low_end.first > 0 ? low_end.first - 1 : 0;
       const int end = high_end.first + 4 < points[axis] ? high_end.first + 4 : points[axis];
-      count[axis] = end - first[axis];
+      last_window[axis] = end - kStrainWindow;
     }
-    // The loop runs over rows of nodes, because a division per node would take most of the time.
+    // The next window along an axis; the last one ends where the nodes end.
+    const auto next = [&](int at, int axis) {
+      const int after = at + kStrainWindow;
+      return at < last_window[axis] && after > last_window[axis] ? last_window[axis] : after;
+    };
     Strain largest;
-    const int rows = count[1] * count[2];
-    for (int i = static_cast<int>(team.group_rank()); i < rows;
-         i += static_cast<int>(team.kGroup)) {
-      const std::int64_t y = first[1] + i % count[1], z = first[2] + i / count[1];
-      const Strain* node_strain = &strain[first[0] + points[0] * (y + points[1] * z)];
-      for (int x = 0; x < count[0]; ++x, ++node_strain) {
-        largest.maps = max(largest.maps, node_strain->maps);
-        for (int k = 0; k < 2; ++k)
-          largest.fourth[k] = max(largest.fourth[k], node_strain->fourth[k]);
+    for (int z = first[2]; z <= last_window[2]; z = next(z, 2)) {
+      for (int y = first[1]; y <= last_window[1]; y = next(y, 1)) {
+        for (int x = first[0]; x <= last_window[0]; x = next(x, 0)) {
+          const Strain& window =
+              strain[x + points[0] * (y + static_cast<std::int64_t>(points[1]) * z)];
+          largest.maps = max(largest.maps, window.maps);
+          for (int k = 0; k < 2; ++k) largest.fourth[k] = max(largest.fourth[k], window.fourth[k]);
+        }
       }
     }
-    const auto group_max = [&](Vec3 v) {
-      return Vec3{team.group_max(v.x), team.group_max(v.y), team.group_max(v.z)};
-    };
-    return {group_max(largest.maps), {group_max(largest.fourth[0]), group_max(largest.fourth[1])}};
+    const auto norm = [](Vec3 v) { return sqrt(dot(v, v)); };
+    return {norm(largest.maps), norm(largest.fourth[0]), norm(largest.fourth[1])};
   }
 
   /// Bounds the field from above and, if that bound is positive, from below. The field grows with
   /// both distances and is linear in b, so that the ends of their ranges suffice. The factor 1.001
   /// and the term 1e-5 allow for rounding, the latter in t and w.
   template <class V>
-  PM_HD std::uint32_t crossing_boxes(const Points<V>& middle, Vec3 half, const Strain& max_strain,
+  PM_HD std::uint32_t crossing_boxes(const Points<V>& middle, Vec3 half, const Local& strain_length,
                                      bool has_rim) const {
     V map_values[kRegressionValues];
     Points<V> a, b;
     field.pull_back(middle, map_values, a, b);
     // How far the distances, t and c w can change from the middle.
-    const auto norm = [](Vec3 v) { return sqrt(dot(v, v)); };
-    const float radius = 1.001f * norm(half);
-    const float max_change = radius * lipschitz * (affine_norm + norm(max_strain.maps)) + rounding;
-    const float max_progress_change = radius * norm(max_strain.fourth[0]) + 1e-5f;
+    const float radius = 1.001f * sqrt(dot(half, half));
+    const float max_change = radius * lipschitz * (affine_norm + strain_length.maps) + rounding;
+    const float max_progress_change = radius * strain_length.progress + 1e-5f;
     const float abs_level = field.level < 0 ? -field.level : field.level;
-    const float max_level_change =
-        abs_level * (radius * norm(max_strain.fourth[1]) + 1e-5f) + rounding;
+    const float max_level_change = abs_level * (radius * strain_length.weight + 1e-5f) + rounding;
     const V min_progress = map_values[3] - max_progress_change,
             max_progress = map_values[3] + max_progress_change;
     const V min_blend = smoothstep(min_progress), max_blend = smoothstep(max_progress);

@@ -21,7 +21,7 @@ struct DistanceGrid {
 
 /// Four values attached to a ball or a sample, each a linear function of position: value[i] at the
 /// centre plus slope[i] . (position - centre).
-struct BallAttribute {
+struct alignas(16) BallAttribute {  // a GPU loads four floats at once
   float value[4] = {0, 0, 0, 0};
   Vec3 slope[4];
 };

@@ -10,11 +10,13 @@
 
 #include <cstdint>
 #include <cstring>
+#include <type_traits>
 
 #include "field.h"
 #include "host_device.h"
 #include "morph_surface.h"
 #include "simd_math.h"
+#include "tree.h"
 #include "types.h"
 #include "view.h"
 
@@ -29,7 +31,7 @@ constexpr float kMinKernelExponent = -120.0f;
 constexpr float kKernelScale = 0x1p40f;
 
 /// A sample as the kernels read it: 2^(-falloff d^2) is the widest Gaussian.
-struct KernelSample {
+struct alignas(16) KernelSample {  // a GPU loads four floats at once
   Vec3 center;
   float falloff = 0;
   /// kKernelScale times the sample's mass times the height of each Gaussian, the narrow one first.
@@ -104,7 +106,7 @@ struct RegressNodes {
                        begin = chunk * chunk_size;
     const std::int64_t end = begin + chunk_size < samples.size ? begin + chunk_size : samples.size;
     for (std::int64_t e = begin; e < end; ++e) {
-      const KernelSample& sample = samples[e];
+      const KernelSample sample = samples[e];
       const V dx = at.x - sample.center.x, dy = at.y - sample.center.y, dz = at.z - sample.center.z;
       const V d2 = fma(dz, dz, fma(dy, dy, dx * dx));
       // The limit keeps the argument in the range of exp2().
@@ -119,7 +121,7 @@ struct RegressNodes {
               middle2 = middle_or_zero * middle_or_zero, narrow = middle2 * middle2;
       const V kernel = fma(narrow, broadcast<V>(sample.mass),
                            fma(middle, broadcast<V>(sample.second), wide * sample.third));
-      const BallAttribute* attributes = values.data + 2 * e;
+      const BallAttribute attributes[2] = {values[2 * e], values[2 * e + 1]};
       for (int i = 0; i < kRegressionValues; ++i) {
         const BallAttribute& attribute = attributes[i / 4];
         if constexpr (kSloped) {
@@ -165,6 +167,16 @@ struct SplineAxis : SplineAxisOf<float> {
       : SplineAxisOf<float>(p, origin, inv_spacing, nodes), first(static_cast<int>(middle) - 1) {}
 };
 
+/// Four values of a node or of a column. A GPU loads them at once.
+struct alignas(16) Quadruple {
+  float v[4];
+  /// Adds the four values of a node from `node` on, times a weight.
+  PM_HD void add(const float* node, float weight) {
+    const Quadruple four = *reinterpret_cast<const Quadruple*>(node);
+    for (int i = 0; i < 4; ++i) v[i] = fma(weight, four.v[i], v[i]);
+  }
+};
+
 /// Three neighbouring columns of nodes, the eight values of each summed over y and z. add() adds a
 /// row's three nodes from `node` on, times a weight; interpolate() writes the weighted sum of the
 /// columns. The variants have different names, because the linker may merge functions of
@@ -200,16 +212,19 @@ struct PackNodeColumns {
 using NodeColumns = PackNodeColumns;
 #else
 struct ScalarNodeColumns {
-  float column[3][kRegressionValues];
+  static constexpr int kHalves = kRegressionValues / 4;
+  Quadruple column[3][kHalves];
   PM_HD void add(const float* node, float weight) {
     for (int i = 0; i < 3; ++i) {
-      for (int v = 0; v < kRegressionValues; ++v)
-        column[i][v] = fma(weight, node[kRegressionValues * i + v], column[i][v]);
+      for (int h = 0; h < kHalves; ++h)
+        column[i][h].add(node + kRegressionValues * i + 4 * h, weight);
     }
   }
   PM_HD void interpolate(float w0, float w1, float w2, float* out) const {
-    for (int v = 0; v < kRegressionValues; ++v)
-      out[v] = fma(w2, column[2][v], fma(w1, column[1][v], column[0][v] * w0));
+    for (int i = 0; i < kRegressionValues; ++i) {
+      const auto value = [&](int c) { return column[c][i / 4].v[i % 4]; };
+      out[i] = fma(w2, value(2), fma(w1, value(1), value(0) * w0));
+    }
   }
 };
 using NodeColumns = ScalarNodeColumns;
@@ -251,41 +266,33 @@ struct SmoothMap {
                     V (&slopes)[3][kRegressionValues]) const {
     constexpr int kLanes = Lanes<V>::kCount;
     const SplineNodes<V> stencil(*this, p);
-    // [0]: for the values and their derivatives by x; [1]: by y; [2]: by z.
-    alignas(64) float weights[3][9][kLanes], x_slopes[3][kLanes];
-    stencil.weigh(stencil.y.weight, stencil.z.weight, weights[0]);
-    stencil.weigh(stencil.y.slope, stencil.z.weight, weights[1]);
-    stencil.weigh(stencil.y.weight, stencil.z.slope, weights[2]);
-    for (int i = 0; i < 3; ++i) Lanes<V>::store(x_slopes[i], stencil.x.slope[i]);
-    // [0]: the values; [1] to [3]: their derivatives by x, y and z.
-    alignas(64) float values[4][kLanes][kRegressionValues];
-    for (int l = 0; l < kLanes; ++l) {
-      Columns columns[3] = {};
-      const float* first = nodes + stencil.first[l];
-      if constexpr (kLanes > 1) {
-        for_nodes(first, [&](const float* node, int n) {
+    if constexpr (kLanes == 1) {
+      add_point(stencil, value, slopes);
+    } else {
+      // [0]: for the values and their derivatives by x; [1]: by y; [2]: by z.
+      alignas(64) float weights[3][9][kLanes], x_slopes[3][kLanes];
+      stencil.weigh(stencil.y.weight, stencil.z.weight, weights[0]);
+      stencil.weigh(stencil.y.slope, stencil.z.weight, weights[1]);
+      stencil.weigh(stencil.y.weight, stencil.z.slope, weights[2]);
+      for (int i = 0; i < 3; ++i) Lanes<V>::store(x_slopes[i], stencil.x.slope[i]);
+      // [0]: the values; [1] to [3]: their derivatives by x, y and z.
+      alignas(64) float values[4][kLanes][kRegressionValues];
+      for (int l = 0; l < kLanes; ++l) {
+        Columns columns[3] = {};
+        for_nodes(nodes + stencil.first[l], [&](const float* node, int n) {
           for (int i = 0; i < 3; ++i) columns[i].add(node, weights[i][n][l]);
         });
-      } else {
-        // A GPU's thread has too few registers for all three sums, so they are computed one after
-        // the other. The index of a loop over them would keep weights and sums out of registers.
-        const auto add_all = [&](Columns& sums, const float(&node_weights)[9][kLanes]) {
-          for_nodes(first, [&](const float* node, int n) { sums.add(node, node_weights[n][l]); });
-        };
-        add_all(columns[0], weights[0]);
-        add_all(columns[1], weights[1]);
-        add_all(columns[2], weights[2]);
+        const float w0 = stencil.x_weights[0][l], w1 = stencil.x_weights[1][l],
+                    w2 = stencil.x_weights[2][l];
+        columns[0].interpolate(w0, w1, w2, values[0][l]);
+        columns[0].interpolate(x_slopes[0][l], x_slopes[1][l], x_slopes[2][l], values[1][l]);
+        columns[1].interpolate(w0, w1, w2, values[2][l]);
+        columns[2].interpolate(w0, w1, w2, values[3][l]);
       }
-      const float w0 = stencil.x_weights[0][l], w1 = stencil.x_weights[1][l],
-                  w2 = stencil.x_weights[2][l];
-      columns[0].interpolate(w0, w1, w2, values[0][l]);
-      columns[0].interpolate(x_slopes[0][l], x_slopes[1][l], x_slopes[2][l], values[1][l]);
-      columns[1].interpolate(w0, w1, w2, values[2][l]);
-      columns[2].interpolate(w0, w1, w2, values[3][l]);
+      load_columns(values[0], value);
+      for (int axis = 0; axis < 3; ++axis) load_columns(values[axis + 1], slopes[axis]);
     }
-    load_columns(values[0], value);
     for (int axis = 0; axis < 3; ++axis) {
-      load_columns(values[axis + 1], slopes[axis]);
       for (V& slope : slopes[axis]) slope = slope * inv_spacing;
     }
   }
@@ -331,6 +338,37 @@ struct SmoothMap {
     }
   };
 
+  /// Evaluates the values and derivatives (not yet divided by the spacing) at one point, a map at a
+  /// time, because a GPU's thread has too few registers for the sums of both.
+  PM_HD void add_point(const SplineNodes<float>& stencil, float (&value)[kRegressionValues],
+                       float (&slopes)[3][kRegressionValues]) const {
+    const auto &x = stencil.x, &y = stencil.y, &z = stencil.z;
+    for (int first_value = 0; first_value < kRegressionValues; first_value += 4) {
+      // [0]: for the values and their derivatives by x; [1]: by y; [2]: by z; each for three
+      // columns.
+      Quadruple sums[3][3] = {};
+      for_nodes(nodes + stencil.first[0] + first_value, [&](const float* node, int n) {
+        const int j = n % 3, k = n / 3;
+        const float weights[3] = {y.weight[j] * z.weight[k], y.slope[j] * z.weight[k],
+                                  y.weight[j] * z.slope[k]};
+        for (int column = 0; column < 3; ++column) {
+          for (int i = 0; i < 3; ++i)
+            sums[i][column].add(node + kRegressionValues * column, weights[i]);
+        }
+      });
+      for (int v = 0; v < 4; ++v) {
+        const auto interpolate = [&](const Quadruple(&columns)[3], const float(&weight)[3]) {
+          return fma(weight[2], columns[2].v[v],
+                     fma(weight[1], columns[1].v[v], columns[0].v[v] * weight[0]));
+        };
+        value[first_value + v] = interpolate(sums[0], x.weight);
+        slopes[0][first_value + v] = interpolate(sums[0], x.slope);
+        slopes[1][first_value + v] = interpolate(sums[1], x.weight);
+        slopes[2][first_value + v] = interpolate(sums[2], x.weight);
+      }
+    }
+  }
+
   /// Calls f(node, n) for the 3 x 3 nodes along y and z from `node` on, n = 0 to 8, y fastest.
   template <class F>
   PM_HD void for_nodes(const float* node, const F& f) const {
@@ -361,21 +399,27 @@ struct SmoothMap {
     for (int i = 0; i < kRegressionValues; ++i) out[i] = join(low[i], high[i]);
   }
 #endif
-  friend struct BrickSpline;
+  friend struct PackBrickSpline;
+  friend struct TeamBrickSpline;
 };
 
 #if defined(PM_PACKS)
 /// Evaluates a SmoothMap's spline at the 8^3 points of a brick. The points of a line along x share
 /// sums of nodes over y and z; all lines share their coordinates along x.
-struct BrickSpline {
-  static constexpr int kPoints = 8;  ///< along an axis
+struct PackBrickSpline {
+  static constexpr int kPoints = kBrickPoints;
 
-  /// px, py and pz are the points' coordinates along each axis.
-  BrickSpline(const SmoothMap& smooth_map, Pack px, Pack py, Pack pz)
+  /// `first`: the brick's lowest point of `grid`. A pack needs neither a team nor its scratch.
+  template <class Team, class Scratch>
+  PackBrickSpline(const Team&, const Scratch&, const SmoothMap& smooth_map, const Grid& grid,
+                  Int3 first)
       : map(smooth_map),
-        x(px, map.lattice.origin.x, map.inv_spacing, map.lattice.points.x),
-        y(py, map.lattice.origin.y, map.inv_spacing, map.lattice.points.y),
-        z(pz, map.lattice.origin.z, map.inv_spacing, map.lattice.points.z) {
+        x(axis_points(grid.origin.x, grid.cell, first.x), map.lattice.origin.x, map.inv_spacing,
+          map.lattice.points.x),
+        y(axis_points(grid.origin.y, grid.cell, first.y), map.lattice.origin.y, map.inv_spacing,
+          map.lattice.points.y),
+        z(axis_points(grid.origin.z, grid.cell, first.z), map.lattice.origin.z, map.inv_spacing,
+          map.lattice.points.z) {
     const int end = static_cast<int>(x.middle[kPoints - 1]) + 2;
     // line_of_four_nodes() loads four nodes at once, which must not reach beyond the row.
     const int lowest = static_cast<int>(x.middle[0]) - 1, last_four = map.lattice.points.x - 4;
@@ -393,8 +437,21 @@ struct BrickSpline {
 #endif
   }
 
-  /// Returns whether line() may be called, which loads at most eight nodes along x.
+  /// Returns whether values() may be called, which needs at most eight nodes along x.
   bool has_lines() const { return count <= 8; }
+  /// Evaluates the eight values, without the affine maps, at pack `item` of the brick's points.
+  template <class V>
+  void values(int item, V (&out)[kRegressionValues]) const {
+    // A pack of 8 or 16 points is one line of points along x or two.
+    const int first_line = item * Lanes<V>::kCount / kPoints;
+    line(first_line % kPoints, first_line / kPoints, out);
+  }
+
+ private:
+  /// Returns the coordinates of a brick's points along an axis, from point `index` on.
+  static Pack axis_points(float origin, float cell, int index) {
+    return origin + cell * (Lanes<Pack>::iota() + static_cast<float>(index));
+  }
   /// Evaluates the eight values, without the affine maps, at the points of a line along x or, with
   /// WidePack, of two neighbouring lines along y.
   void line(int line_y, int line_z, Pack (&values)[kRegressionValues]) const {
@@ -434,7 +491,6 @@ struct BrickSpline {
   }
 #endif
 
- private:
   /// Returns the lowest node that contributes to a line, and computes the weights of the 3 x 3 rows
   /// of nodes around the line.
   const float* weigh_nodes(int line_y, int line_z, float (&weights)[9]) const {
@@ -479,6 +535,88 @@ struct BrickSpline {
 };
 #endif
 
+/// Evaluates a SmoothMap's spline at the 8^3 points of a brick. The points of a line along x share
+/// sums of nodes over y and z (columns), which the team's threads compute first.
+struct TeamBrickSpline {
+  static constexpr int kPoints = kBrickPoints;
+  static constexpr int kColumns = 4;  ///< the most nodes along x; bricks of fine grids have 3 or 4
+  static constexpr int kHalves = kRegressionValues / 4;
+  struct Scratch {
+    int first[3][kPoints];        ///< per axis and coordinate, the first of its three nodes
+    float weight[3][3][kPoints];  ///< the weights of these nodes
+    Quadruple columns[kPoints * kPoints][kColumns][kHalves];
+  };
+
+  /// `first`: the brick's lowest point of `grid`.
+  template <class Team>
+  PM_HD TeamBrickSpline(const Team& team, Scratch& shared, const SmoothMap& map, const Grid& grid,
+                        Int3 first)
+      : scratch(shared) {
+    const Int3 nodes = map.lattice.points;
+    team.each(3 * kPoints, [&](int i) {
+      const int axis = i / kPoints, at = i % kPoints;
+      const Vec3 p = grid_point(grid, {first.x + at, first.y + at, first.z + at});
+      const auto of_axis = [&](auto px, auto py, auto pz) {
+        return axis == 0 ? px : axis == 1 ? py : pz;
+      };
+      const SplineAxis spline(
+          of_axis(p.x, p.y, p.z),
+          of_axis(map.lattice.origin.x, map.lattice.origin.y, map.lattice.origin.z),
+          map.inv_spacing, of_axis(nodes.x, nodes.y, nodes.z));
+      scratch.first[axis][at] = spline.first;
+      for (int k = 0; k < 3; ++k) scratch.weight[axis][k][at] = spline.weight[k];
+    });
+    team.sync();
+    count = scratch.first[0][kPoints - 1] + 3 - scratch.first[0][0];
+    if (!has_lines()) return;
+    // An item computes four values of a column.
+    team.each(kPoints * kPoints * kColumns * kHalves, [&](int item) {
+      const int column = item / kHalves % kColumns, line = item / kHalves / kColumns;
+      if (column >= count) return;
+      const int y = line % kPoints, z = line / kPoints, half = item % kHalves;
+      const std::int64_t row =
+          scratch.first[1][y] + static_cast<std::int64_t>(nodes.y) * scratch.first[2][z];
+      const float* lowest =
+          map.nodes + kRegressionValues * (scratch.first[0][0] + column + nodes.x * row) + 4 * half;
+      Quadruple sums = {};
+      map.for_nodes(lowest, [&](const float* node, int n) {
+        sums.add(node, scratch.weight[1][n % 3][y] * scratch.weight[2][n / 3][z]);
+      });
+      scratch.columns[line][column][half] = sums;
+    });
+    team.sync();
+  }
+
+  /// Returns whether values() may be called.
+  PM_HD bool has_lines() const { return count <= kColumns; }
+  /// Evaluates the eight values, without the affine maps, at the brick's point `item`.
+  PM_HD void values(int item, float (&out)[kRegressionValues]) const {
+    const int x = item % kPoints;
+    const auto& columns = scratch.columns[item / kPoints];
+    const int column = scratch.first[0][x] - scratch.first[0][0];
+    const float w0 = scratch.weight[0][0][x], w1 = scratch.weight[0][1][x],
+                w2 = scratch.weight[0][2][x];
+    for (int h = 0; h < kHalves; ++h) {
+      const Quadruple low = columns[column][h], middle = columns[column + 1][h],
+                      high = columns[column + 2][h];
+      for (int v = 0; v < 4; ++v)
+        out[4 * h + v] = fma(w2, high.v[v], fma(w1, middle.v[v], low.v[v] * w0));
+    }
+  }
+
+  Scratch& scratch;
+  int count = 0;  ///< nodes along x that contribute to the brick
+};
+
+#if defined(PM_PACKS)
+/// The spline of a brick for points V.
+template <class V>
+using BrickSpline = std::conditional_t<(Lanes<V>::kCount > 1), PackBrickSpline, TeamBrickSpline>;
+#else
+template <class V>
+using BrickSpline = TeamBrickSpline;
+#endif
+
 /// Bounds of the spline's derivatives along each axis around a node, per scene unit.
 struct Strain {
   /// Length of the derivative of a map's first three values (without the affine map) times
@@ -518,6 +656,33 @@ struct BoundStrain {
                    return max(scale[0] * distance(b, 0), scale[1] * distance(b, 4));
                  }),
                  {fourth(3), fourth(7)}};
+  }
+};
+
+constexpr int kStrainWindow = 4;  ///< nodes of a window along an axis
+
+/// Computes the largest values of the nodes n, n + step, ... of a window along one axis. After a
+/// pass along each axis, `to` holds the Strain of kStrainWindow^3 nodes from each node on, so that
+/// a box of nodes takes few look-ups. Windows beyond the lattice's end are undefined. An item is as
+/// many floats as V has lanes; both views have kPadding more floats than they need.
+template <class V>
+struct MaximizeStrain {
+  static constexpr int kFloats = sizeof(Strain) / sizeof(float);  ///< per node
+  static constexpr int kPadding = 16;
+  const float* from = nullptr;
+  float* to = nullptr;
+  std::int64_t size = 0;  ///< floats
+  std::int64_t step = 0;  ///< floats from a node to the next one along the axis
+
+  PM_HD void operator()(std::int64_t item) const {
+    const std::int64_t at = item * Lanes<V>::kCount;
+    if (at >= size) return;
+    V largest = Lanes<V>::load(from + at);
+    for (int k = 1; k < kStrainWindow; ++k) {
+      const std::int64_t next = at + k * step;
+      if (next < size) largest = max(largest, Lanes<V>::load(from + next));
+    }
+    Lanes<V>::store(to + at, largest);
   }
 };
 

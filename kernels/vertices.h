@@ -124,6 +124,7 @@ struct BallVertexField {
 /// Source of PlaceVertices for balls.
 template <class F>
 struct BallVertices {
+  static constexpr int kThreads = 128, kMinTeams = 0;
   Grid grid;
   float iso = 1;
   float floor = 0;  ///< field values are clamped to at least this before the logarithm
@@ -142,10 +143,10 @@ struct BallVertices {
 };
 
 /// Writes position and normal of each vertex. One team per brick. Source: brick_field(brick, index)
-/// gives the field in a brick.
+/// gives the field in a brick; kThreads and kMinTeams are those of this pass.
 template <class Source>
 struct PlaceVertices {
-  static constexpr int kThreads = 128;
+  static constexpr int kThreads = Source::kThreads, kMinTeams = Source::kMinTeams;
   struct Scratch {
     /// Per vertex: the bit of its edge in the row and, above it, the row's line. Vectors are stored
     /// and loaded beyond the last vertex.

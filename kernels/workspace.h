@@ -58,7 +58,7 @@ struct Workspace {
   Buffer<KernelSample> kernel_samples;
   Buffer<float> lattice_nodes;
   std::shared_ptr<const Regression> uploaded_regression;  ///< contents of lattice_nodes
-  Buffer<Strain> strain;
+  Buffer<Strain> strain[2];
   Buffer<Offsets> regress_count;  ///< one element: the number of teams, for for_teams()
   Buffer<Vec3> landmark_positions;
   Buffer<AttributeValues> landmark_values;

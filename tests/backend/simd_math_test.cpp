@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "kernels/cpu_backend.h"
 #include "kernels/distance_field.h"
 #include "kernels/falloff.h"
 #include "kernels/regression.h"
@@ -105,7 +106,7 @@ TEST(Packs, splines_have_the_bits_of_each_point_alone) {
       EXPECT_EQ(float_bits(values[k][lane]), float_bits(expected[k])) << p.x << ' ' << lane;
   };
   // Bricks within a cell, across some, beyond the lattice, and across too many.
-  int done = 0;
+  int packs = 0, teams = 0;
   for (const float step : {0.01f, 0.11f, 0.17f, 0.4f})
     for (const float start : {-1.3f, -0.6f, 0.1f, 0.55f, 0.9f}) {
       const Pack x = start + step * Lanes<Pack>::iota(), y = x + 0.05f, z = x - 0.03f;
@@ -121,16 +122,36 @@ TEST(Packs, splines_have_the_bits_of_each_point_alone) {
           for (int k = 0; k < kRegressionValues; ++k)
             EXPECT_EQ(float_bits(slopes[axis][k][l]), float_bits(expected[axis][k])) << step;
       }
-      const BrickSpline brick(map, x, y, z);
-      if (!brick.has_lines()) continue;
-      ++done;
+      const Grid grid = {{start, start + 0.05f, start - 0.03f}, step, {8, 8, 8}};
+      TeamBrickSpline::Scratch scratch;
+      const CpuTeam<float> team;
+      const PackBrickSpline brick(team, scratch, map, grid, {0, 0, 0});
+      const TeamBrickSpline shared(team, scratch, map, grid, {0, 0, 0});
       for (const auto& [j, k] : {std::pair(0, 0), std::pair(7, 2), std::pair(4, 7)}) {
-        brick.line(j, k, values);
-        for (int l = 0; l < 8; ++l) expect_point({x[l], y[j], z[k]}, values, l);
+        const int line = j + kBrickPoints * k;
+        const auto position = [&](int l) { return grid_point(grid, {l, j, k}); };
+        if (brick.has_lines()) {
+          ++packs;
+          brick.values(line, values);
+          for (int l = 0; l < 8; ++l) expect_point(position(l), values, l);
+        }
+        if (shared.has_lines()) {
+          ++teams;
+          for (int l = 0; l < 8; ++l) {
+            float at_point[kRegressionValues];
+            shared.values(kBrickPoints * line + l, at_point);
+            for (int i = 0; i < kRegressionValues; ++i) values[i][l] = at_point[i];
+            expect_point(position(l), values, l);
+          }
+        }
       }
     }
-  EXPECT_GE(done, 15);
-  EXPECT_FALSE(BrickSpline(map, -1.0f + 0.28f * Lanes<Pack>::iota(), Pack{}, Pack{}).has_lines());
+  EXPECT_GE(packs, 45);
+  EXPECT_GE(teams, 30);
+  TeamBrickSpline::Scratch scratch;
+  const Grid coarse = {{-1, 0, 0}, 0.28f, {8, 8, 8}};
+  EXPECT_FALSE(PackBrickSpline(CpuTeam<float>{}, scratch, map, coarse, {0, 0, 0}).has_lines());
+  EXPECT_FALSE(TeamBrickSpline(CpuTeam<float>{}, scratch, map, coarse, {0, 0, 0}).has_lines());
 }
 
 TEST(Packs, slopes_of_distances_have_the_bits_of_their_differences) {
