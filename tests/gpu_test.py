@@ -25,7 +25,7 @@ BLEND = {key: value for key, value in SCENE.items() if key not in ("source", "ta
 WITH_GPU = f"""#!/bin/bash
 if [[ $1 == devices ]]; then echo '{{"cpu": {{"name": "a processor"}}, "built_with_cuda": true, "cuda": [{{"name": "a GPU"}}]}}'; exit; fi
 if [[ $POLYMORPH_DEVICE == cuda && $1 == mesh && -n $OTHER ]]; then set -- "$@" --set surface.resolution=12; fi
-if [[ $POLYMORPH_DEVICE == cuda && $1 == golden && -n $LEAVES ]]; then echo "the CPU traces what the GPU does not: a reason" >&2; fi
+if [[ $POLYMORPH_DEVICE == cuda && $1 == golden && -n $LEAVES ]]; then echo "the CPU traces frames that the GPU cannot: a reason" >&2; fi
 POLYMORPH_DEVICE=cpu exec {PROGRAM} "$@"
 """
 TESTS = """#!/bin/bash

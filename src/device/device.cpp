@@ -88,7 +88,7 @@ Result<Renderer> make_renderer(const std::string& device, std::size_t max_memory
     tracer->limit_memory(max_memory);
     renderer.set_device_tracer(std::move(tracer));
   } else if (!is_logged.test_and_set()) {
-    log_info("the CPU traces: {} does not ({})", device, error);
+    log_info("the CPU traces paths, because {} cannot: {}", device, error);
   }
   return renderer;
 }

@@ -61,8 +61,9 @@ std::string leg_lines(const Leg& leg) {
   add("limbs", limbs.empty() ? "-" : limbs);
   add("certainty", describe_certainty(plan));
   add("turn", rotation.empty() ? "does not turn" : rotation);
-  add("left over",
-      fmt::format("{:.2f} of the size; 0: a turned copy, 1: nothing alike", plan.alignment.strain));
+  add("residual",
+      fmt::format("{:.2f} of the size after alignment; 0: a turned copy, 1: nothing alike",
+                  plan.alignment.strain));
   add("balls",
       fmt::format("{} -> {} in {} pairs", plan.from.size(), plan.to.size(), plan.pairs.size()));
   add("landmarks",
@@ -136,8 +137,9 @@ Inspection inspect_plan(const PreparedScene& prepared, Engine& engine,
     if (const std::optional<CycleError> cycle = measure_actor_cycle(actor)) {
       actor_json["cycle"] = describe_error(*cycle);
       out.text += fmt::format(
-          "Once around, mass comes back {:.2f} of the size from where it set out, on the mean, and "
-          "spreads by {:.2f}; 0: consistent plans, 1: unrelated ones\n",
+          "Sent once around the cycle, mass returns {:.2f} of the size from its origin, on "
+          "average, "
+          "and spreads by {:.2f}; 0: the plans are consistent, 1: they are unrelated\n",
           cycle->drift, cycle->spread);
     }
     if (actor.space) {
@@ -150,9 +152,11 @@ Inspection inspect_plan(const PreparedScene& prepared, Engine& engine,
              {"by_reference", describe_error(cycle.by_reference)},
              {"by_plan_between", describe_error(cycle.by_plan_between)}});
         out.text += fmt::format(
-            "Once around {0}, {1} and {2}, mass comes back {3:.2f} of the size from where it set "
-            "out, on the mean, and spreads by {4:.2f}, as the way from {1} to {2} leads over {0}; "
-            "by a plan of their own it would be {5:.2f} and {6:.2f}\n",
+            "Sent once around {0}, {1} and {2}, mass returns {3:.2f} of the size from its origin, "
+            "on "
+            "average, and spreads by {4:.2f}, because {1} goes to {2} by way of {0}; with a plan "
+            "of "
+            "their own it would be {5:.2f} and {6:.2f}\n",
             reference, cycle.from, cycle.to, cycle.by_reference.drift, cycle.by_reference.spread,
             cycle.by_plan_between.drift, cycle.by_plan_between.spread);
       }

@@ -29,8 +29,7 @@ template <class T, class Parse>
 std::string read_number(std::string& text, T low, T high, const char* kind, const Parse& parse) {
   const auto value = parse(text);
   if (!value || !(*value >= low && *value <= high))
-    return fmt::format("{} is no value for it - write a {}number from {} to {}", text, kind, low,
-                       high);
+    return fmt::format("{} is not a {}number from {} to {}", text, kind, low, high);
   text = fmt::format("{}", *value);
   return {};
 }

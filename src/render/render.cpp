@@ -147,7 +147,7 @@ bool Renderer::State::trace_on_device(const FrameJob& job, DeviceFilm& film,
   if (reason.empty())
     device_stats = traced_stats;
   else if (reason != device_obstacle)
-    log_info("the CPU traces what the GPU does not: {}", reason);
+    log_info("the CPU traces frames that the GPU cannot: {}", reason);
   device_obstacle = reason;
   return reason.empty();
 }

@@ -103,7 +103,7 @@ TEST_F(Blends, OtherCommandsTakeThem) {
   EXPECT_TRUE(contains(run(0, {"info", "three.json"}).out, "blend"));
   const std::string plan = run(0, {"info", "three.json", "--show", "plan"}).out;
   EXPECT_TRUE(contains(plan, "cube -> torus")) << plan;
-  EXPECT_TRUE(contains(plan, "Once around cube, sphere and torus, mass comes back ")) << plan;
+  EXPECT_TRUE(contains(plan, "Sent once around cube, sphere and torus, mass returns ")) << plan;
   run(0, {"strip", "three.json", "-c", "3", "-o", "strip.png"});
   run(0, {"strip", "three.json", "--show", "plan", "-c", "3", "-o", "plan.png"});
   run(0, {"mesh", "three.json", "-o", "film.ply", "-f", "2"});

@@ -152,7 +152,7 @@ TEST_F(Products, ACycleOfPlansIsMeasured) {
   EXPECT_LT(cycle["drift"].get<double>(), 1);
   EXPECT_GT(cycle["spread"].get<double>(), 0);  // six balls hold the mass of twelve
   EXPECT_TRUE(contains(run(0, {"info", "cycle.json", "--show", "plan"}).out,
-                       "Once around, mass comes back "));
+                       "Sent once around the cycle, mass returns "));
 }
 
 TEST_F(Products, StripNeedsFrames) {

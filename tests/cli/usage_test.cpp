@@ -220,7 +220,7 @@ TEST_F(Usage, BadSet) {
 
 TEST_F(Usage, BadValues) {
   expect_usage({"render", "scene.json", "--spp", "0"},
-               "--spp: 0 is no value for it - write a whole number from 1 to 65536");
+               "--spp: 0 is not a whole number from 1 to 65536");
   expect_usage({"render", "scene.json", "-t", "x"}, "--threads");
   expect_usage({"render", "scene.json", "--shard", "3/2"}, "write i/N with 1 <= i <= N");
   expect_usage({"render", "scene.json", "--shard", "auto"}, "neither a Slurm array");

@@ -23,10 +23,9 @@ Result<double> parse_mesh_error(const std::string& text) {
   if (is_percent) number.remove_suffix(1);
   const double error = parse_number(number).value_or(0) * (is_percent ? 0.01 : 1);
   if (error > 0 && error <= 0.1) return error;
-  return make_error(ErrorCode::kUsage,
-                    "--error: {} is no value for it - write a share of the diagonal up to 10%, as "
-                    "in 0.02%",
-                    text);
+  return make_error(
+      ErrorCode::kUsage,
+      "--error: {} is not a share of the diagonal above 0 and up to 10%, such as 0.02%", text);
 }
 
 /// Checks that the options do not contradict each other. Errors: kUsage.
