@@ -65,8 +65,10 @@ class Tracer {
         add_sky(world_, path, broadcast<Pack>(1), live);
         return PackMask{};
       });
+      test_final_rays();
+      const std::uint8_t* occluded = final_occluded_.data();
       for_each_pack(depth_limit_, [&](Paths& path, PackBits rows, PackMask live) {
-        trace_final_rays(path, rows, live);
+        end_final_rays(path, rows, live, *occluded++);
         return PackMask{};
       });
     }
@@ -220,9 +222,24 @@ class Tracer {
     }
   }
 
-  /// Traces the final rays of paths at the depth limit, which only test whether they see the sky.
-  /// The floor counts as the sky's lower half.
-  void trace_final_rays(Paths& path, PackBits rows, PackMask live) {
+  /// Tests which final rays of paths at the depth limit meshes occlude, sixteen at a time. Sets the
+  /// bits of `final_occluded_`. Glass needs trace_transmittance() instead.
+  void test_final_rays() {
+    for (int first = 0; first < depth_limit_.count && !world_.has_glass; first += kPacket) {
+      const int count = std::min(kPacket, depth_limit_.count - first);
+      RayOf<Pack3> rays[2];
+      for (int k = 0; k < count; k += kLanes)
+        rays[k / kLanes] = load(load_row_indices(depth_limit_, first + k)).ray;
+      stats_.rays += static_cast<std::uint64_t>(count);
+      const std::uint32_t occluded = world_.geometry->test_occlusion(rays, count);
+      for (int k = 0; k < kPacket; k += kLanes)
+        final_occluded_[(first + k) / kLanes] = static_cast<std::uint8_t>(occluded >> k);
+    }
+  }
+
+  /// Adds the light of final rays, which only test whether they see the sky. The floor counts as
+  /// the sky's lower half. `occluded`: bit l for lane l, from test_final_rays().
+  void end_final_rays(Paths& path, PackBits rows, PackMask live, std::uint32_t occluded) {
     Pack3 transmittance = broadcast3<Pack3>({1, 1, 1});
     if (world_.has_glass) {
       for (int l = 0; l < kLanes; ++l)
@@ -230,10 +247,7 @@ class Tracer {
           set_lane(transmittance, l,
                    trace_transmittance(world_, *world_.geometry, paths_[rows[l]].ray, stats_));
     } else {
-      const int count = popcount(Lanes<Pack>::bits(live));  // the live lanes are the first ones
-      stats_.rays += static_cast<std::uint64_t>(count);
-      const std::uint32_t occluded = world_.geometry->test_occlusion(&path.ray, count);
-      for (int l = 0; l < count; ++l)
+      for (int l = 0; l < kLanes; ++l)
         if ((occluded >> l) & 1) set_lane(transmittance, l, {});
     }
     // With a single bounce, an occluding surface reflects a fraction of the sky (kGuessedBounce).
@@ -255,6 +269,8 @@ class Tracer {
   RayStats& stats_;
   std::uint32_t depth_ = 1;
   PackMask handled_{};  ///< lanes of the current pack whose rows are already stored
+  /// One bit per path of depth_limit_: whether meshes occlude its final ray.
+  std::array<std::uint8_t, Wavefront::kMax / kLanes> final_occluded_;
   // active_: paths that continue in the next step. The other lists divide the paths of this step by
   // what they hit, or by the limit that they have reached: of glass boundaries or of depth.
   PathList active_, escaped_, floors_, meshes_, inside_glass_, depth_limit_;
