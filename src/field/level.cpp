@@ -72,17 +72,16 @@ Result<float> iso_for_volume(Engine& engine, const BallSet& balls, const VolumeM
 }
 
 Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface surface, const Box& box,
-                                       float cell, const ExtractSettings& settings,
-                                       const VolumeGoal& goal) {
+                                       const LevelSearch& search, const VolumeGoal& goal) {
   PM_CHECK(goal.volume > 0 && goal.cell > 0 && goal.limit >= 0);
   constexpr int kMaxIterations = 8;
   const double bound = static_cast<double>(goal.limit);
-  double level = std::clamp(static_cast<double>(goal.near.value_or(0.0f)), -bound, bound);
+  double level = std::clamp(static_cast<double>(search.near.value_or(0.0f)), -bound, bound);
   LevelSurface nearest;
   /// Searches from `level` on cells of the given edge. In a distance field the volume changes by
   /// area x level, which gives a Newton step at first. Later steps use the secant through the last
   /// two levels.
-  const auto search = [&](float edge, double tolerance) -> Status {
+  const auto search_on = [&](float edge, double tolerance) -> Status {
     // The volume lost by facets is proportional to the square of the edge. This fraction of it
     // would not be lost on the goal's cells.
     const double fraction = 1 - static_cast<double>(goal.cell * goal.cell / (edge * edge));
@@ -91,7 +90,7 @@ Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface surface, con
     double bracket_low = -std::numeric_limits<double>::infinity(), bracket_high = -bracket_low;
     for (int i = 0; i < kMaxIterations; ++i) {
       surface.level = static_cast<float>(level);
-      PM_TRY(Mesh mesh, extract_surface(engine, surface, box, edge, settings));
+      PM_TRY(Mesh mesh, extract_surface(engine, surface, box, edge, search.extract));
       const double faceting_volume = fraction == 0 ? 0 : fraction * faceting_loss(mesh);
       const double excess = volume_of(mesh) + faceting_volume - goal.volume;
       double slope = -area_of(mesh);
@@ -120,12 +119,12 @@ Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface surface, con
     level = best;
     return Ok{};
   };
-  if (!goal.near) {
+  if (!search.near) {
     // Most iterations use larger cells, at a sixteenth and a fourth of the cost.
-    PM_TRY_STATUS(search(4 * cell, 5 * goal.tolerance));
-    PM_TRY_STATUS(search(2 * cell, goal.tolerance / 2));
+    PM_TRY_STATUS(search_on(4 * search.cell, 5 * search.tolerance));
+    PM_TRY_STATUS(search_on(2 * search.cell, search.tolerance / 2));
   }
-  PM_TRY_STATUS(search(cell, goal.tolerance));
+  PM_TRY_STATUS(search_on(search.cell, search.tolerance));
   return nearest;
 }
 

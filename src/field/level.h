@@ -31,17 +31,21 @@ struct VolumeGoal {
   double volume = 0;  ///< above 0
   float cell = 0;     ///< edge of the cells on which the volume is measured
   float limit = 0;    ///< maximum magnitude of the level
+};
+/// Settings of a search for the level of a surface between two objects.
+struct LevelSearch {
+  float cell = 0;  ///< edge of the cells of the surface, scene units
+  ExtractSettings extract;
   /// Estimate of the level; without one it is searched for on larger cells first.
   std::optional<float> near;
-  double tolerance = 0.002;  ///< relative to the volume
+  double tolerance = 0.002;  ///< relative to the goal's volume
 };
-/// Moves the surface between two objects to the level at which it encloses the goal's volume. The
-/// surface has cells of edge `cell` over `box`. If they are larger than the goal's cells, an
-/// estimate of the volume lost to their flat facets is added. If no level within the limit encloses
-/// the volume, returns the surface at that limit. Errors as extract_surface().
+/// Moves the surface between two objects, which is inside `box`, to the level at which it encloses
+/// the goal's volume. If its cells are larger than the goal's, an estimate of the volume lost to
+/// their flat facets is added. If no level within the limit encloses the volume, returns the
+/// surface at that limit. Errors as extract_surface().
 Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface surface, const Box& box,
-                                       float cell, const ExtractSettings& settings,
-                                       const VolumeGoal& goal);
+                                       const LevelSearch& search, const VolumeGoal& goal);
 
 /// Rescales balls so that their surface at iso = 1 is the former one at `iso`.
 std::vector<Ball> rescale_balls(std::vector<Ball> balls, FieldKind kind, float iso);

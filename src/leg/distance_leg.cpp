@@ -37,7 +37,7 @@ float wall_visibility(const Leg& leg, float u) {
 
 FrameMap distance_map(const Leg& leg, float time, const BallSet& balls) {
   return frame_map(leg.plan, time, balls, object_size(leg, progress_at(leg.plan, time)),
-                   leg.from->distances.thinness, leg.to->distances.thinness);
+                   {leg.from->distances.thinness, leg.to->distances.thinness});
 }
 
 bool keeps_volume(const Leg& leg) {
@@ -81,10 +81,9 @@ Status extract_between(const Leg& leg, const LevelSearch& search, Engine& engine
   if (!at_an_end && keeps_volume(leg)) {
     const auto u = static_cast<double>(state.u);
     const double volume = (1 - u) * from.volume + u * to.volume;
-    const VolumeGoal goal = {volume, leg.settings.cell, kMaxLevel * object_size(leg, state.u),
-                             search.near, search.tolerance};
-    PM_TRY(LevelSurface level_surface, surface_of_volume(engine, fill_vessels(leg, field), map.box,
-                                                         search.cell, search.extract, goal));
+    const VolumeGoal goal = {volume, leg.settings.cell, kMaxLevel * object_size(leg, state.u)};
+    PM_TRY(LevelSurface level_surface,
+           surface_of_volume(engine, fill_vessels(leg, field), map.box, search, goal));
     const float walls = wall_visibility(leg, state.u);
     // The level fades out as the vessel's walls appear.
     field.level = (1 - walls) * (1 - walls) * level_surface.level;
@@ -95,8 +94,7 @@ Status extract_between(const Leg& leg, const LevelSearch& search, Engine& engine
   } else if (!at_an_end && has_shell) {
     // A shell's volume means little, but its walls must have no holes. The level -1 moves the
     // surface outward by the level's weight, which is the amount by which walls must be thickened.
-    PM_TRY(field.map,
-           make_shortfall_regression(map, leg.plan, state.balls, *from.grid, *to.grid, engine));
+    PM_TRY(field.map, make_shortfall_regression(field, leg.plan, state.balls, engine));
     field.level = -1;
   }
   PM_TRY(surface.mesh, extract_surface(engine, field, map.box, search.cell, search.extract));

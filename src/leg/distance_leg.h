@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "field/level.h"
 #include "leg/leg.h"
 
 namespace polymorph {
@@ -25,14 +26,6 @@ bool keeps_volume(const Leg& leg);
 /// of `levels` (DistanceLeg::levels). Returns nullopt if there are fewer than three levels.
 std::optional<float> interpolate_level(const std::vector<float>& levels, float u);
 
-/// Settings of the search for a surface and its level.
-struct LevelSearch {
-  float cell = 0;  ///< edge of the cells of the surface, scene units
-  ExtractSettings extract;
-  /// Estimate of the level; nullopt: it is searched for on larger cells first.
-  std::optional<float> near;
-  double tolerance = 0.002;  ///< relative to the volume, measured on cells of LegSettings::cell
-};
 /// Extracts a leg's surface at surface.state, which must be set: sets surface.mesh and
 /// surface.field. Errors: kResource.
 Status extract_between(const Leg& leg, const LevelSearch& search, Engine& engine,

@@ -103,7 +103,8 @@ Result<Flow> flow_until(const Leg& leg, const LegState& state, LegMoment next,
       leg, [&] { return flow_at(now, next_moment, state.balls, points, engine); },
       [&](const DistanceLeg&) {
         const float size = object_size(leg, progress_at(leg.plan, state.time));
-        return flow_at(now, next_moment, state.balls, size, points, engine);
+        return evaluate_flow(make_flow_regression(now, next_moment, state.balls, size), points,
+                             engine);
       });
 }
 
@@ -115,8 +116,8 @@ Result<std::vector<std::uint32_t>> leg_labels(const Leg& leg, const LegState& st
       labels.push_back(object.label_numbers[label]);
     return labels;
   };
-  return label_points(leg.plan, state.time, state.balls, points, list_ball_labels(*leg.from),
-                      list_ball_labels(*leg.to), engine);
+  return label_points({leg.plan, state.time}, state.balls, points,
+                      {list_ball_labels(*leg.from), list_ball_labels(*leg.to)}, engine);
 }
 
 }  // namespace polymorph

@@ -73,15 +73,20 @@ RotationFit refine_rotation(const CostSide& a, const CostSide& b, float label_co
   return best;
 }
 
-/// Refines each of `starts`. Returns the fit with the smallest rotation among those whose cost is
-/// nearly the lowest: above it by at most 1 % of its gain over `unrotated_cost`.
-RotationFit best_fit(const CostSide& a, const CostSide& b, float label_cost, double unrotated_cost,
-                     const std::vector<Mat3>& starts, RotationAxis axis) {
+/// Refines each of `starts`.
+std::vector<RotationFit> refine_rotations(const CostSide& a, const CostSide& b, float label_cost,
+                                          const std::vector<Mat3>& starts, RotationAxis axis) {
   std::vector<RotationFit> fits(starts.size());
   parallel_for(static_cast<std::int64_t>(starts.size()), [&](std::int64_t i) {
     const auto k = static_cast<std::size_t>(i);
     fits[k] = refine_rotation(a, b, label_cost, starts[k], axis);
   });
+  return fits;
+}
+
+/// Chooses the fit with the smallest rotation among those whose cost is nearly the lowest: above it
+/// by at most 1 % of its gain over `unrotated_cost`.
+RotationFit choose_fit(const std::vector<RotationFit>& fits, double unrotated_cost) {
   double lowest = fits[0].cost;
   for (const RotationFit& fit : fits) lowest = std::min(lowest, fit.cost);
   const double max_cost = lowest + 0.01 * std::max(unrotated_cost - lowest, 0.0);
@@ -199,10 +204,12 @@ RotationResult find_rotation(const CostSide& a, const CostSide& b, float label_c
   for (int i = 0; i < kUprightStarts; ++i)
     upright.push_back(i == 0 ? Mat3{} : about_vertical(2 * exact::kPi * i / kUprightStarts));
   RotationFit vertical =
-      best_fit(coarse_a, coarse_b, label_cost, unrotated_cost, upright, RotationAxis::kVertical);
+      choose_fit(refine_rotations(coarse_a, coarse_b, label_cost, upright, RotationAxis::kVertical),
+                 unrotated_cost);
   if (!(vertical.cost < (1 - gain) * unrotated_cost)) vertical = {Mat3{}, unrotated_cost};
-  const RotationFit any_axis = best_fit(coarse_a, coarse_b, label_cost, unrotated_cost,
-                                        cube_rotations(), RotationAxis::kAny);
+  const RotationFit any_axis = choose_fit(
+      refine_rotations(coarse_a, coarse_b, label_cost, cube_rotations(), RotationAxis::kAny),
+      unrotated_cost);
   // An object is tipped over only if that is much cheaper and, with all balls, leaves no larger
   // residual than near copies do.
   const bool is_cheaper =

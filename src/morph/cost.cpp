@@ -10,6 +10,7 @@
 #include "kernels/field_kinds.h"
 #include "morph/farthest_points.h"
 #include "morph/features.h"
+#include "morph/plan.h"
 
 namespace polymorph {
 namespace {
@@ -44,9 +45,9 @@ Normalization fit_normalization(const std::vector<Ball>& balls, std::span<const 
   return result;
 }
 
-CostSide make_cost_side(const std::vector<Ball>& balls, FieldKind kind, std::vector<double> mass,
-                        std::vector<std::int32_t> labels, std::span<const Vec3> landmarks,
+CostSide make_cost_side(const PlanSide& object, FieldKind kind, std::vector<double> mass,
                         const Normalization& normalization, const PlanSettings& settings) {
+  const std::vector<Ball>& balls = object.balls;
   CostSide side;
   const std::size_t n = balls.size();
   const BallFeatures features = ball_features(balls, mass);
@@ -85,12 +86,12 @@ CostSide make_cost_side(const std::vector<Ball>& balls, FieldKind kind, std::vec
   // Terms that do not rotate with the object would hide what a rotation gains. They follow here, so
   // that the search for a rotation ignores them.
   side.outside_rotation = side.values.size();
-  for (const Vec3& landmark : landmarks)
+  for (const Vec3& landmark : object.landmarks)
     add_axis(static_cast<double>(settings.weights.landmark), [&](std::size_t i) {
       return length(Vec3d(balls[i].center) - Vec3d(landmark)) / normalization.size;
     });
   side.mass = std::move(mass);
-  side.labels = std::move(labels);
+  side.labels = object.labels;
   side.labels.resize(n, kNoLabel);
   return side;
 }

@@ -12,6 +12,8 @@
 
 namespace polymorph {
 
+struct PlanSide;  // morph/plan.h
+
 /// Label of a ball without a label. Labels are numbers; balls of two objects with equal numbers
 /// belong together.
 constexpr std::int32_t kNoLabel = -1;
@@ -44,10 +46,8 @@ struct Normalization {
 /// weighted by mass. `mass`: one per ball, with sum 1.
 Normalization fit_normalization(const std::vector<Ball>& balls, std::span<const double> mass);
 
-/// Computes the feature vectors of an object's balls. `landmarks`: in scene coordinates, in the
-/// same order on both sides.
-CostSide make_cost_side(const std::vector<Ball>& balls, FieldKind kind, std::vector<double> mass,
-                        std::vector<std::int32_t> labels, std::span<const Vec3> landmarks,
+/// Computes the feature vectors of an object's balls. `mass`: one per ball, with sum 1.
+CostSide make_cost_side(const PlanSide& object, FieldKind kind, std::vector<double> mass,
                         const Normalization& normalization, const PlanSettings& settings);
 
 /// Rotates a side's positions and outward directions about the origin, which is the object's

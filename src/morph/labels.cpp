@@ -95,19 +95,17 @@ LabelMatch match_labels(const LabelledObject& from, const LabelledObject& to,
   return match;
 }
 
-Result<std::vector<std::uint32_t>> label_points(const MorphPlan& plan, float time,
-                                                const BallSet& balls,
+Result<std::vector<std::uint32_t>> label_points(PlanMoment moment, const BallSet& balls,
                                                 const std::vector<Vec3>& points,
-                                                std::span<const std::uint32_t> from_names,
-                                                std::span<const std::uint32_t> to_names,
-                                                Engine& engine) {
+                                                const BallLabels& names, Engine& engine) {
+  const MorphPlan& plan = moment.plan;
   PM_CHECK(balls.size() == plan.pairs.size());
-  PM_CHECK(from_names.size() == plan.from.size() && to_names.size() == plan.to.size());
+  PM_CHECK(names.from.size() == plan.from.size() && names.to.size() == plan.to.size());
   // The labels that balls have, and 0, so that the list is never empty. They are renumbered by
   // their index in `distinct_labels`, because an object may have many more labels.
   std::vector<std::uint32_t> distinct_labels{0};
-  for (const auto& names : {from_names, to_names})
-    distinct_labels.insert(distinct_labels.end(), names.begin(), names.end());
+  for (const auto* labels : {&names.from, &names.to})
+    distinct_labels.insert(distinct_labels.end(), labels->begin(), labels->end());
   std::sort(distinct_labels.begin(), distinct_labels.end());
   distinct_labels.erase(std::unique(distinct_labels.begin(), distinct_labels.end()),
                         distinct_labels.end());
@@ -124,13 +122,13 @@ Result<std::vector<std::uint32_t>> label_points(const MorphPlan& plan, float tim
     if (plan.from_labels.empty() || plan.from_labels[pair.from] == kNoLabel ||
         plan.from_labels[pair.from] != plan.to_labels[pair.to])
       continue;
-    const std::uint32_t a = family[index_of_label(from_names[pair.from])],
-                        b = family[index_of_label(to_names[pair.to])];
+    const std::uint32_t a = family[index_of_label(names.from[pair.from])],
+                        b = family[index_of_label(names.to[pair.to])];
     std::replace(family.begin(), family.end(), std::max(a, b), std::min(a, b));
   }
   // Each label's weight is a value attached to the balls. A pass interpolates eight labels, in two
   // attributes of four values per ball.
-  const std::vector<float> progress = pair_progress(plan, time);
+  const std::vector<float> progress = pair_progress(plan, moment.time);
   std::vector<float> label_weights(points.size() * count);
   for (std::uint32_t first = 0; first < count; first += 8) {
     std::vector<BallAttribute> attributes(2 * balls.size());
@@ -139,8 +137,8 @@ Result<std::vector<std::uint32_t>> label_points(const MorphPlan& plan, float tim
       attributes[2 * ball + (label - first) / 4].value[(label - first) % 4] += share;
     };
     for (std::size_t e = 0; e < balls.size(); ++e) {
-      add(e, index_of_label(from_names[plan.pairs[e].from]), 1 - progress[e]);
-      add(e, index_of_label(to_names[plan.pairs[e].to]), progress[e]);
+      add(e, index_of_label(names.from[plan.pairs[e].from]), 1 - progress[e]);
+      add(e, index_of_label(names.to[plan.pairs[e].to]), progress[e]);
     }
     PM_TRY(const std::vector<AttributeValues> values,
            interpolate_attributes(engine, balls, plan.kind, attributes, points));

@@ -11,6 +11,7 @@
 #include "base/result.h"
 #include "kernels/engine.h"
 #include "model/model.h"
+#include "morph/flow.h"
 #include "morph/plan.h"
 
 namespace polymorph {
@@ -37,19 +38,20 @@ struct LabelMatch {
 LabelMatch match_labels(const LabelledObject& from, const LabelledObject& to,
                         const std::map<std::string, std::string>& map);
 
-/// Finds the label of each point of the surface between two objects. `from_names` and `to_names`
-/// are the labels of each object's balls, as indices into one list of names. Each pair of balls has
-/// its share of the field at the point as a weight. It adds (1 - u) of this weight to its source
-/// ball's label and u to its target ball's, where u is the pair's eased progress. The weights of
-/// labels that match (MorphPlan::from_labels) are summed. Of the matching labels with the largest
-/// sum, the one with the largest weight of its own is returned. `balls`: balls_at(plan, time).
-/// Errors: the engine's (field/extract_surface.h: to_status).
-Result<std::vector<std::uint32_t>> label_points(const MorphPlan& plan, float time,
-                                                const BallSet& balls,
+/// The labels of both objects' balls, as indices into one list of names.
+struct BallLabels {
+  std::vector<std::uint32_t> from, to;
+};
+
+/// Finds the label of each point of the surface between two objects at a moment. Each pair of balls
+/// has its share of the field at the point as a weight. It adds (1 - u) of this weight to its
+/// source ball's label and u to its target ball's, where u is the pair's eased progress. The
+/// weights of labels that match (MorphPlan::from_labels) are summed. Of the matching labels with
+/// the largest sum, the one with the largest weight of its own is returned. `balls`:
+/// balls_at(moment.plan, moment.time). Errors: the engine's (field/extract_surface.h: to_status).
+Result<std::vector<std::uint32_t>> label_points(PlanMoment moment, const BallSet& balls,
                                                 const std::vector<Vec3>& points,
-                                                std::span<const std::uint32_t> from_names,
-                                                std::span<const std::uint32_t> to_names,
-                                                Engine& engine);
+                                                const BallLabels& names, Engine& engine);
 
 /// Checks that each name in `map` is a label of an object of the chain. Errors: kInput.
 Status check_label_map(const std::vector<LabelledObject>& chain,

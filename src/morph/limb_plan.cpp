@@ -372,13 +372,36 @@ double station_of(const Limbs& limbs, const Limb& limb, std::size_t ball) {
       (limbs.ball_distances[ball] - limb.root_distance) / std::max(limb.length(), 1e-9), 0.0, 1.0);
 }
 
-/// Makes the curves of the limbs of `own`. `places`: warp_balls() of `balls`, their positions in
-/// the other object. `angle`: rotation about the vertical from `own` to `other`, radians.
-LimbCurves make_curves(const std::vector<Ball>& balls, const Limbs& own,
-                       std::span<const std::uint32_t> matched,
-                       std::span<const std::uint32_t> labelled,
-                       const std::vector<Ball>& other_balls, const Limbs& other,
-                       const std::vector<Vec3d>& places, double angle) {
+/// One object of a limb match.
+struct MatchSide {
+  const std::vector<Ball>& balls;
+  const Limbs& limbs;
+  const std::vector<std::uint32_t>& unmatched_labels;  ///< LimbPlan::from_unmatched_labels
+  std::vector<std::uint32_t> matched = {};             ///< indices of the matched limbs
+  std::vector<Vec3d> places = {};  ///< warp_balls() of `balls`: positions in the other object
+};
+
+std::pair<MatchSide, MatchSide> make_match_sides(const LimbPlan& limbs,
+                                                 const std::vector<Ball>& from,
+                                                 const std::vector<Ball>& to) {
+  MatchSide a{from, limbs.from, limbs.from_unmatched_labels},
+      b{to, limbs.to, limbs.to_unmatched_labels};
+  std::vector<MatchedLimbs> reversed;
+  for (const auto& [i, k] : limbs.match.limbs) {
+    reversed.push_back({k, i});
+    a.matched.push_back(i);
+    b.matched.push_back(k);
+  }
+  const double angle = limbs.match.angle;
+  a.places = warp_balls(from, limbs.from, limbs.to, limbs.match.limbs, angle);
+  b.places = warp_balls(to, limbs.to, limbs.from, reversed, -angle);
+  return {std::move(a), std::move(b)};
+}
+
+/// Makes the curves of an object's limbs. `angle`: rotation about the vertical from `object` to
+/// `other`, radians.
+LimbCurves make_curves(const MatchSide& object, const MatchSide& other, double angle) {
+  const auto& [balls, own, labelled, matched, places] = object;
   const std::vector<std::uint32_t> lone = list_lone_limbs(own, matched, labelled);
   LimbCurves curves;
   // Station of each ball on its lone or matched limb.
@@ -406,11 +429,11 @@ LimbCurves make_curves(const std::vector<Ball>& balls, const Limbs& own,
       if (curves.lone_limbs[b] == kNoLabel && matched_limbs[b] == kNoLabel &&
           (nearest == balls.size() || distance(b) < distance(nearest)))
         nearest = b;
-    Vec3d target = other.center;
+    Vec3d target = other.limbs.center;
     if (nearest < balls.size())
       target = places[nearest] + rotation * (root - Vec3d(balls[nearest].center));
     curves.counterparts.push_back(to_float(place_on_surface(
-        other_balls, other, target, rotation * normalized(limb.line[1] - limb.line[0]))));
+        other.balls, other.limbs, target, rotation * normalized(limb.line[1] - limb.line[0]))));
   }
   return curves;
 }
@@ -445,27 +468,6 @@ std::uint32_t nearest_ball(const std::vector<Ball>& balls, const std::vector<std
       body, {}, [&](std::uint32_t b) { return length(balls[b].center - place); });
 }
 
-/// The matched limbs of both objects, and warp_balls() of each object's balls: their positions in
-/// the other object.
-struct WarpedSides {
-  std::vector<std::uint32_t> from_matched, to_matched;
-  std::vector<Vec3d> from_in_to, to_in_from;
-};
-WarpedSides warp_sides(const LimbPlan& limbs, const std::vector<Ball>& from,
-                       const std::vector<Ball>& to) {
-  WarpedSides sides;
-  std::vector<MatchedLimbs> reversed;
-  for (const auto& [i, k] : limbs.match.limbs) {
-    reversed.push_back({k, i});
-    sides.from_matched.push_back(i);
-    sides.to_matched.push_back(k);
-  }
-  const double angle = limbs.match.angle;
-  sides.from_in_to = warp_balls(from, limbs.from, limbs.to, limbs.match.limbs, angle);
-  sides.to_in_from = warp_balls(to, limbs.to, limbs.from, reversed, -angle);
-  return sides;
-}
-
 }  // namespace
 
 LimbPlan find_limbs_of_sides(const PlanSide& from, const PlanSide& to,
@@ -495,12 +497,9 @@ LimbPlan find_limbs_of_sides(const PlanSide& from, const PlanSide& to,
 std::pair<LimbCurves, LimbCurves> find_limb_curves(const LimbPlan& limbs,
                                                    const std::vector<Ball>& from,
                                                    const std::vector<Ball>& to) {
-  const WarpedSides sides = warp_sides(limbs, from, to);
-  const double angle = limbs.match.angle;
-  return {make_curves(from, limbs.from, sides.from_matched, limbs.from_unmatched_labels, to,
-                      limbs.to, sides.from_in_to, angle),
-          make_curves(to, limbs.to, sides.to_matched, limbs.to_unmatched_labels, from, limbs.from,
-                      sides.to_in_from, -angle)};
+  const auto [source, target] = make_match_sides(limbs, from, to);
+  return {make_curves(source, target, limbs.match.angle),
+          make_curves(target, source, -limbs.match.angle)};
 }
 
 std::vector<Pair> pair_bodies(const CostPair& sides, LabelMode mode, const LimbCurves& from_curves,
@@ -629,7 +628,7 @@ std::pair<std::vector<double>, std::vector<double>> balance_masses(
 std::pair<CostSide, CostSide> limb_cost_sides(const LimbPlan& limbs, const std::vector<Ball>& from,
                                               const std::vector<Ball>& to,
                                               const CostSide& from_side, const CostSide& to_side) {
-  const auto [from_matched, to_matched, from_in_to, to_in_from] = warp_sides(limbs, from, to);
+  const auto [source, target] = make_match_sides(limbs, from, to);
   const auto make_side = [&](std::size_t count, const CostSide& plain, const auto& in_to,
                              const auto& in_from, const Limbs& own) {
     CostSide side;
@@ -666,11 +665,11 @@ std::pair<CostSide, CostSide> limb_cost_sides(const LimbPlan& limbs, const std::
   // The two functions of a side give a ball's centre in the target and in the source; one of the
   // centres is the ball's own, the other is warped.
   std::pair sides(
-      make_side(from.size(), from_side, warped_center(from_in_to), center(from), limbs.from),
-      make_side(to.size(), to_side, center(to), warped_center(to_in_from), limbs.to));
+      make_side(from.size(), from_side, warped_center(source.places), center(from), limbs.from),
+      make_side(to.size(), to_side, center(to), warped_center(target.places), limbs.to));
   std::tie(sides.first.mass, sides.second.mass) =
-      balance_masses(from_side.mass, limb_indices_of_balls(limbs.from, from_matched), to_side.mass,
-                     limb_indices_of_balls(limbs.to, to_matched));
+      balance_masses(from_side.mass, limb_indices_of_balls(limbs.from, source.matched),
+                     to_side.mass, limb_indices_of_balls(limbs.to, target.matched));
   return sides;
 }
 

@@ -161,17 +161,19 @@ double crossing(Vec3d a, Vec3d b) {
          (std::max(length(a), kMinOffset) * std::max(length(b), kMinOffset));
 }
 
-/// The cost that limbs i and k, if matched, cause together with the pairs that `partial` matches
+/// The cost that two limbs, if matched, cause together with the pairs that `partial` matches
 /// already.
-double interaction_cost(const Problem& problem, const Partial& partial, std::size_t i,
-                        std::size_t k, double sine, double cosine) {
+double interaction_cost(const Problem& problem, const Partial& partial, MatchedLimbs limbs,
+                        double sine, double cosine) {
   if (partial.limbs.empty()) return 0;
   double tip_distances = 0, roots = 0, crossings = 0;
   for (const MatchedLimbs& other : partial.limbs) {
-    tip_distances += square(problem.from.tip_distances[i][other.from] / problem.from.mean_distance -
-                            problem.to.tip_distances[k][other.to] / problem.to.mean_distance);
-    const Vec3d a = rotate_about_y(problem.a[i].root - problem.a[other.from].root, sine, cosine),
-                b = problem.b[k].root - problem.b[other.to].root;
+    tip_distances +=
+        square(problem.from.tip_distances[limbs.from][other.from] / problem.from.mean_distance -
+               problem.to.tip_distances[limbs.to][other.to] / problem.to.mean_distance);
+    const Vec3d a = rotate_about_y(problem.a[limbs.from].root - problem.a[other.from].root, sine,
+                                   cosine),
+                b = problem.b[limbs.to].root - problem.b[other.to].root;
     roots += (1 - dot(normalized(a), normalized(b))) / 2;
     crossings += crossing(a, b);
   }
@@ -204,7 +206,7 @@ Partial search_matching(const Problem& problem, double angle) {
         if (((b.enclosing | b.nested | 1u << k) & partial.to) != 0 || !is_allowed(problem, i, k))
           continue;
         Partial extended = partial;
-        extended.cost += pair_costs[k] + interaction_cost(problem, partial, i, k, sine, cosine);
+        extended.cost += pair_costs[k] + interaction_cost(problem, partial, {i, k}, sine, cosine);
         extended.from |= 1u << i;
         extended.to |= 1u << k;
         extended.limbs.push_back({i, k});
@@ -356,7 +358,7 @@ void match_twins(const Problem& problem, MatchingFit& fit) {
                  b.root - problem.b[k].root) > kMaxCrossing)
       continue;
     matching.cost += pair_cost(a, b, sine, cosine) +
-                     interaction_cost(problem, matching, from[0], to[0], sine, cosine) -
+                     interaction_cost(problem, matching, {from[0], to[0]}, sine, cosine) -
                      alone_cost(a, matching.from) - alone_cost(b, matching.to);
     matching.from |= 1u << from[0];
     matching.to |= 1u << to[0];

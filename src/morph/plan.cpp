@@ -243,10 +243,8 @@ Mat3 find_pairs(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
   // Make the sides of the transport problem.
   const bool has_soft_labels = settings.label_mode == LabelMode::kSoft;
   CostPair sides;
-  sides.a = make_cost_side(plan.from, plan.kind, from_mass, from.labels, from.landmarks,
-                           from_normalization, settings);
-  sides.b = make_cost_side(plan.to, plan.kind, to_mass, to.labels, to.landmarks, to_normalization,
-                           settings);
+  sides.a = make_cost_side(from, plan.kind, from_mass, from_normalization, settings);
+  sides.b = make_cost_side(to, plan.kind, to_mass, to_normalization, settings);
   sides.label_cost = has_soft_labels ? settings.weights.label : 0;
   const auto pair_up = [&] {
     plan.pairs = settings.method == PlanMethod::kNearest

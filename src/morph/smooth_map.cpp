@@ -145,22 +145,31 @@ std::vector<float> kernel_narrowing(const MorphPlan& plan, const std::vector<flo
   return result;
 }
 
-/// The samples of the regression: position, mass and deviation. `narrowing`: kernel_narrowing().
-std::vector<RegressionSample> make_samples(const MorphPlan& plan, const std::vector<float>& eased,
+/// The samples of a plan at a time, for a map or a flow. `regression` has samples, a lattice and
+/// landmarks, but no values yet.
+struct SampledPlan {
+  std::vector<float> eased;          ///< eased_times()
+  std::vector<LimbSample> on_limbs;  ///< limb_samples()
+  Box box;                           ///< contains balls, samples and landmarks, with margins
+  std::shared_ptr<Regression> regression = std::make_shared<Regression>();
+};
+
+/// The samples of the regression: position, mass and deviation. `sampled`: its `eased` and
+/// `on_limbs` are used; `narrowing`: kernel_narrowing().
+std::vector<RegressionSample> make_samples(const MorphPlan& plan, const SampledPlan& sampled,
                                            const std::vector<float>& narrowing,
-                                           const BallSet& balls,
-                                           std::span<const LimbSample> samples_on_limbs,
-                                           float size) {
+                                           const BallSet& balls, float size) {
   // In a plan with limbs all masses are equal. By their own masses, the few balls of a thin limb
   // would have hardly any influence.
   const auto equal_mass = 1 / static_cast<float>(plan.pairs.size());
   std::vector<RegressionSample> samples;
   for (std::size_t e = 0; e < balls.size(); ++e)
-    samples.push_back(
-        {balls[e].center,
-         plan.from_limbs.empty() ? std::max(static_cast<float>(plan.pairs[e].mass), 1e-6f)
-                                 : equal_mass,
-         kernel_deviation(plan, plan.pairs[e], static_cast<double>(eased[e]), narrowing[e], size)});
+    samples.push_back({balls[e].center,
+                       plan.from_limbs.empty()
+                           ? std::max(static_cast<float>(plan.pairs[e].mass), 1e-6f)
+                           : equal_mass,
+                       kernel_deviation(plan, plan.pairs[e], static_cast<double>(sampled.eased[e]),
+                                        narrowing[e], size)});
   if (!has_curves(plan)) return samples;
   // Samples on limbs have more mass than samples of the body, whose kernels are wide. Pairs whose
   // balls are on different limbs have no such sample, and little mass. The constants are multiples
@@ -168,7 +177,7 @@ std::vector<RegressionSample> make_samples(const MorphPlan& plan, const std::vec
   constexpr float kLeavingMass = 0.05f, kLimbMass = 10, kMinMass = 1e-6f;
   for (std::size_t e = 0; e < balls.size(); ++e)
     if (is_on_limb(plan, plan.pairs[e])) samples[e].mass = equal_mass * kLeavingMass;
-  for (const LimbSample& sample : samples_on_limbs) {
+  for (const LimbSample& sample : sampled.on_limbs) {
     samples[sample.pair].center = sample.center;
     samples[sample.pair].mass =
         kLimbMass * equal_mass * std::max(static_cast<float>(sample.mass), kMinMass);
@@ -183,14 +192,6 @@ void set_values(BallAttribute& attribute, Vec3d value, const Mat3& slope, Regres
   for (int i = 0; i < 3; ++i) regression.sloped |= !(attribute.slope[i] == Vec3{});
 }
 
-/// The samples of a plan at a time, for a map or a flow. `regression` has samples, a lattice and
-/// landmarks, but no values yet.
-struct SampledPlan {
-  std::vector<float> eased;          ///< eased_times()
-  std::vector<LimbSample> on_limbs;  ///< limb_samples()
-  Box box;                           ///< contains balls, samples and landmarks, with margins
-  std::shared_ptr<Regression> regression = std::make_shared<Regression>();
-};
 SampledPlan sample_plan(const MorphPlan& plan, float time, const BallSet& balls, float size) {
   SampledPlan sampled;
   sampled.eased = eased_times(plan, time);
@@ -200,7 +201,7 @@ SampledPlan sample_plan(const MorphPlan& plan, float time, const BallSet& balls,
   sampled.box = enclose_landmarks(
       enclose_limbs(box_around(balls, size), sampled.on_limbs, balls, size), places, size);
   Regression& regression = *sampled.regression;
-  regression.samples = make_samples(plan, sampled.eased, narrowing, balls, sampled.on_limbs, size);
+  regression.samples = make_samples(plan, sampled, narrowing, balls, size);
   regression.lattice =
       lattice_over(sampled.box, size, *std::max_element(narrowing.begin(), narrowing.end()));
   const std::vector<float> deviations = landmark_deviations(places, size, regression.lattice.cell);
@@ -218,8 +219,7 @@ double regression_bytes(const Box& box, float size) {
 }
 
 FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, float size,
-                   const std::shared_ptr<const DistanceGrid>& from_thinness,
-                   const std::shared_ptr<const DistanceGrid>& to_thinness) {
+                   const ThinnessPair& thinness) {
   PM_CHECK(balls.size() == plan.pairs.size() && size > 0);
   const SampledPlan sampled = sample_plan(plan, time, balls, size);
   const std::vector<float>& eased = sampled.eased;
@@ -241,9 +241,9 @@ FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, floa
               to_translation = mean_part.to_center - to_target * mean_motion.pose.center;
   regression.affine[0] = affine(to_source, from_translation);
   regression.affine[1] = affine(to_target, to_translation);
-  if (from_thinness && to_thinness) {
-    regression.thinness[0] = from_thinness;
-    regression.thinness[1] = to_thinness;
+  if (thinness.from && thinness.to) {
+    regression.thinness[0] = thinness.from;
+    regression.thinness[1] = thinness.to;
   }
   regression.values.resize(2 * balls.size());
   // Sets the values 0 to 2 of a pair's sample: its positions on both objects and their slopes, less
@@ -283,28 +283,29 @@ FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, floa
   return map;
 }
 
-Result<std::shared_ptr<const Regression>> make_shortfall_regression(
-    const FrameMap& map, const MorphPlan& plan, const BallSet& balls, const DistanceGrid& from,
-    const DistanceGrid& to, Engine& engine) {
+Result<std::shared_ptr<const Regression>> make_shortfall_regression(const MorphSurface& surface,
+                                                                    const MorphPlan& plan,
+                                                                    const BallSet& balls,
+                                                                    Engine& engine) {
   // Factor that makes up for the regression, which flattens peaks.
   constexpr float kGain = 1.2f;
   std::vector<Vec3> centers;
   for (const Ball& ball : balls) centers.push_back(ball.center);
   std::vector<AttributeValues> values;
-  PM_TRY_STATUS(to_status(engine.regress(map.regression, centers, values)));
-  const DistanceField from_field(from.grid, from.values.data()),
-      to_field(to.grid, to.values.data());
+  PM_TRY_STATUS(to_status(engine.regress(surface.map, centers, values)));
+  const DistanceField from_field(surface.from->grid, surface.from->values.data()),
+      to_field(surface.to->grid, surface.to->values.data());
   const auto distance = [](const DistanceField& field, Vec3 p) {
     return field.value(Points<float>{p.x, p.y, p.z});
   };
-  auto result = std::make_shared<Regression>(*map.regression);
+  auto result = std::make_shared<Regression>(*surface.map);
   for (std::size_t e = 0; e < balls.size(); ++e) {
     const float *source = values[2 * e].v, *target = values[2 * e + 1].v;
     const float weight = smoothstep(source[3]);
     const Pair& pair = plan.pairs[e];
     const auto mixed_distance = [&](Vec3 a, Vec3 b) {
-      return lerp(map.from_scale * distance(from_field, a), map.to_scale * distance(to_field, b),
-                  weight);
+      return lerp(surface.from_scale * distance(from_field, a),
+                  surface.to_scale * distance(to_field, b), weight);
     };
     const float target_distance =
         mixed_distance(plan.from[pair.from].center, plan.to[pair.to].center);
@@ -330,8 +331,8 @@ Result<PullBack> pull_back(const FrameMap& map, const std::vector<Vec3>& points,
   return read_pull_back(values);
 }
 
-Result<Flow> flow_at(PlanMoment now, PlanMoment next, const BallSet& balls, float size,
-                     const std::vector<Vec3>& points, Engine& engine) {
+std::shared_ptr<const Regression> make_flow_regression(PlanMoment now, PlanMoment next,
+                                                       const BallSet& balls, float size) {
   const MorphPlan& plan = now.plan;
   const BallSet next_balls = differ(now, next) ? BallSet(balls_at(next.plan, next.time)) : balls;
   const SampledPlan sampled = sample_plan(plan, now.time, balls, size);
@@ -367,8 +368,13 @@ Result<Flow> flow_at(PlanMoment now, PlanMoment next, const BallSet& balls, floa
     set_values(attribute, displacements[e], minus(motion, Mat3{}), regression);
     attribute.value[3] = std::clamp(sampled.eased[e], 0.0f, 1.0f);
   }
+  return sampled.regression;
+}
+
+Result<Flow> evaluate_flow(const std::shared_ptr<const Regression>& regression,
+                           const std::vector<Vec3>& points, Engine& engine) {
   std::vector<AttributeValues> values;
-  PM_TRY_STATUS(to_status(engine.regress(sampled.regression, points, values)));
+  PM_TRY_STATUS(to_status(engine.regress(regression, points, values)));
   return read_flow(values);
 }
 

@@ -31,6 +31,11 @@ struct FrameMap {
   float from_scale = 1, to_scale = 1;  ///< length in the frame per length on the object
 };
 
+/// compute_thinness() of both objects; null: none.
+struct ThinnessPair {
+  std::shared_ptr<const DistanceGrid> from, to;
+};
+
 /// Makes the map X_A(x) = sum_e k_e (p_e + F_e (x - x_e)) / sum_e k_e to the source and a similar
 /// map X_B to the target (docs/method.md, Map). The sums are over the pairs e of the plan. x_e is
 /// the centre of the pair's moving ball at `time`, p_e the centre of its source ball. F_e undoes
@@ -40,28 +45,28 @@ struct FrameMap {
 /// are matched, and down to 1.5 % on limbs with curves and where limbs pass each other
 /// (morph/passing_limbs.h). At time 0 (1) X_A (X_B) is exactly the identity. At the landmarks'
 /// current positions (landmark_positions()), X_A and X_B are exactly the landmarks' points on both
-/// objects. `balls`: balls_at(plan, time). `size`: the diagonal of the objects. `from_thinness`,
-/// `to_thinness`: compute_thinness() of both objects; if given, the weights of MorphSurface::level
-/// are computed from them (Regression::thinness).
+/// objects. `balls`: balls_at(plan, time). `size`: the diagonal of the objects. If `thinness` has
+/// both objects, the weights of MorphSurface::level are computed from it (Regression::thinness).
 FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, float size,
-                   const std::shared_ptr<const DistanceGrid>& from_thinness = nullptr,
-                   const std::shared_ptr<const DistanceGrid>& to_thinness = nullptr);
+                   const ThinnessPair& thinness = {});
 
 /// Upper bound of the memory, in bytes, of the lattice values that an engine computes to evaluate a
 /// map. It assumes the fine lattice that is used where limbs pass each other. `box`: around the
 /// balls; `size`: the diagonal of the smaller object.
 double regression_bytes(const Box& box, float size);
 
-/// Copies the map's regression with other weights of MorphSurface::level (the fourth value of map
-/// 1), for a level of -1: the weight is then the distance by which the surface moves outward. Where
-/// walls of two objects pass each other by more than their thickness, the mix of their distances is
-/// too small, and the surface would tear. The weight of pair e is 1.2 max(0, d(p_e, q_e) -
-/// d(X_A(x_e), X_B(x_e))). d(a, b) is the mix, by the smoothstep of the progress, of the source's
-/// distance at a and the target's at b; p_e and q_e are the centres of the pair's source and target
-/// balls. `from`, `to`: the distances of both objects. Errors: the engine's.
-Result<std::shared_ptr<const Regression>> make_shortfall_regression(
-    const FrameMap& map, const MorphPlan& plan, const BallSet& balls, const DistanceGrid& from,
-    const DistanceGrid& to, Engine& engine);
+/// Copies the regression of a surface's map with other weights of MorphSurface::level (the fourth
+/// value of map 1), for a level of -1: the weight is then the distance by which the surface moves
+/// outward. Where walls of two objects pass each other by more than their thickness, the mix of
+/// their distances is too small, and the surface would tear. The weight of pair e is 1.2 max(0,
+/// d(p_e, q_e) - d(X_A(x_e), X_B(x_e))). d(a, b) is the mix, by the smoothstep of the progress, of
+/// the source's distance at a and the target's at b; p_e and q_e are the centres of the pair's
+/// source and target balls. Only the map, distances and scales of `surface` are used. Errors: the
+/// engine's.
+Result<std::shared_ptr<const Regression>> make_shortfall_regression(const MorphSurface& surface,
+                                                                    const MorphPlan& plan,
+                                                                    const BallSet& balls,
+                                                                    Engine& engine);
 
 /// Computes the lead of each pair, in [-1, 1]: the difference of the mean geodesic distances
 /// (morph/features.h: BallFeatures::distance) of its source and target balls. It is positive if the
@@ -72,9 +77,13 @@ std::vector<float> compute_leads(const MorphPlan& plan);
 /// (field/extract_surface.h: to_status).
 Result<PullBack> pull_back(const FrameMap& map, const std::vector<Vec3>& points, Engine& engine);
 
-/// Computes the flow as flow_at() of morph/flow.h does, but weighted by the map's kernels instead
-/// of the balls' shares of the field. `size`: as for frame_map(). Errors: the engine's.
-Result<Flow> flow_at(PlanMoment now, PlanMoment next, const BallSet& balls, float size,
-                     const std::vector<Vec3>& points, Engine& engine);
+/// Makes the flow as flow_at() of morph/flow.h computes it, but weighted by the map's kernels
+/// instead of the balls' shares of the field. `size`: as for frame_map().
+std::shared_ptr<const Regression> make_flow_regression(PlanMoment now, PlanMoment next,
+                                                       const BallSet& balls, float size);
+
+/// Computes the flow at points. `regression`: make_flow_regression(). Errors: the engine's.
+Result<Flow> evaluate_flow(const std::shared_ptr<const Regression>& regression,
+                           const std::vector<Vec3>& points, Engine& engine);
 
 }  // namespace polymorph

@@ -398,7 +398,8 @@ TEST(Labels, GoWithTheirBallsAndTakeTheTargetsNamesHalfWay) {
     std::vector<Vec3> points;
     for (const Ball& ball : balls) points.push_back(ball.center);
     const auto labels =
-        label_points(plan, time, balls, points, from_names, to_names, *make_cpu_engine()).value();
+        label_points({plan, time}, balls, points, {from_names, to_names}, *make_cpu_engine())
+            .value();
     std::size_t right = 0;
     for (std::size_t e = 0; e < points.size(); ++e) {
       const Pair& pair = plan.pairs[e];
@@ -444,7 +445,7 @@ TEST(Labels, WithoutPartnersTheLargerShareWins) {
   const std::vector<std::uint32_t> from{1}, to{0};
   const std::vector<Vec3> point{{0.3f, 0, 0}};
   const auto label_at = [&](float time) {
-    return label_points(plan, time, balls_at(plan, time), point, from, to, *make_cpu_engine())
+    return label_points({plan, time}, balls_at(plan, time), point, {from, to}, *make_cpu_engine())
         .value()[0];
   };
   EXPECT_EQ(label_at(0.4f), 1u);

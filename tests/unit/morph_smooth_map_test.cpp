@@ -84,7 +84,8 @@ TEST(SmoothMap, FlowTakesPointsWhereTheyComeFromTheSamePlace) {
   const std::vector<Ball> balls = balls_at(plan, kTime);
   std::vector<Vec3> points = points_of(balls);
   const auto engine = make_cpu_engine();
-  const auto flow = flow_at({plan, kTime}, {plan, kNext}, balls, kObjectSize, points, *engine);
+  const auto flow = evaluate_flow(
+      make_flow_regression({plan, kTime}, {plan, kNext}, balls, kObjectSize), points, *engine);
   ASSERT_TRUE(flow.ok()) << flow.error().message;
   const PullBack before = pulled(plan, kTime, points);
   double moved = 0, missed = 0;
@@ -154,7 +155,8 @@ TEST(SmoothMap, FlowTakesLandmarksAlong) {
   const std::vector<Vec3> places = landmark_positions(plan, kTime, balls),
                           next = landmark_positions(plan, kNext, later);
   const auto engine = make_cpu_engine();
-  const auto flow = flow_at({plan, kTime}, {plan, kNext}, balls, kObjectSize, places, *engine);
+  const auto flow = evaluate_flow(
+      make_flow_regression({plan, kTime}, {plan, kNext}, balls, kObjectSize), places, *engine);
   ASSERT_TRUE(flow.ok()) << flow.error().message;
   for (std::size_t l = 0; l < places.size(); ++l)
     EXPECT_LT(length(places[l] + flow->displacement[l] - next[l]), 1e-5f);
