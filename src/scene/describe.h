@@ -16,6 +16,12 @@
 
 namespace polymorph {
 
+/// Range of a number, both ends included.
+template <class T>
+struct Range {
+  T low, high;
+};
+
 /// Permission of a number to have keyframes.
 enum class Keyframes {
   kAsObject,  ///< if it is in a keyed_object
@@ -42,9 +48,9 @@ struct KeyframeTime {
 };
 template <class V>
 void describe(V& v, KeyframeTime& s) {
-  v.number("t", s.share, 0, 1, "share of the film: 0 is its first frame, 1 its last");
-  v.number("frame", s.frame, 1, 1e5, "number of a frame");
-  v.number("leg", s.leg, 1, 1e5,
+  v.number("t", s.share, {0, 1}, "share of the film: 0 is its first frame, 1 its last");
+  v.number("frame", s.frame, {1, 1e5}, "number of a frame");
+  v.number("leg", s.leg, {1, 1e5},
            "leg of the first actor: 1 is the start of its first leg, 1.5 the middle, 2 its end");
 }
 
@@ -60,12 +66,12 @@ void describe(V& v, SphereSettings& s) {
            "filling of the model: a cover by medial balls; merged Voronoi balls; the report's "
            "octree (every finest cell); or its active nodes (the largest cells with more than 4 "
            "corners inside)");
-  v.integer("balls", balls, 1, 4096, "number of balls of medial and hubbard");
-  v.number("error", error, 0, 0.5,
+  v.integer("balls", balls, {1, 4096}, "number of balls of medial and hubbard");
+  v.number("error", error, {0, 0.5},
            "medial: the fewest balls whose surface keeps this Hausdorff distance, as a share of "
            "the model's diagonal, instead of `balls`; 0: off");
   v.integer(
-      "resolution", resolution, 0, 9,
+      "resolution", resolution, {0, 9},
       "R of octree and active: 2^(R-1) cells along an axis at the finest level; 0: the finest "
       "with at most 8000 spheres, with a fit at most `balls`");
   v.retired("root_margin", "report.root_margin");
@@ -91,11 +97,11 @@ void describe(V& v, ObjectSettings& s) {
       "an OBJ, glTF, FBX, PLY, STL, DAE, OFF or 3DS file, relative to the scene file; or "
       "a mesh sequence, seq.####.ply: it plays alone as a source without a target, and goes "
       "on through a morph");
-  v.integers("range", range, 0, 100000000,
+  v.integers("range", range, {0, 100000000},
              "mesh sequence: first and last number of its files, last first to play it backwards, "
              "and the step between two where it is not 1; default: the files that are there");
   v.number(
-      "fps", fps, 0.001, 1000,
+      "fps", fps, {0.001, 1000},
       "mesh sequence: meshes per second; default: frames.fps, a mesh per frame; of an animated "
       "model its own rate");
   v.boolean("loop", loop, "mesh sequence: begin again after the last mesh, until the scene ends");
@@ -120,22 +126,22 @@ void describe(V& v, ObjectSettings& s) {
   v.vector("rotate", rotate, "degrees about x, then y, then z");
   v.scale("scale", scale, "one factor, or one per axis");
   v.color("color", color, "paint the whole object in this colour instead of its materials");
-  v.number("roughness", roughness, 0, 1, "roughness of all its materials, 0 is a mirror");
-  v.number("metallic", metallic, 0, 1, "metalness of all its materials, 1 is metal");
-  v.number("glass", glass, 0, 1, "share of the light that goes through, for all its materials");
-  v.number("crease", crease, 0, 180,
+  v.number("roughness", roughness, {0, 1}, "roughness of all its materials, 0 is a mirror");
+  v.number("metallic", metallic, {0, 1}, "metalness of all its materials, 1 is metal");
+  v.number("glass", glass, {0, 1}, "share of the light that goes through, for all its materials");
+  v.number("crease", crease, {0, 180},
            "degrees: edges whose faces meet at more are shown sharp, others smooth, whatever "
            "normals the file has; default: the file's normals, and 50 where it has none");
   v.object("spheres", spheres, "sphere settings of this object; default: the scene's");
   v.object("motion", motion, "motion of the balls towards this object; default: the scene's");
-  v.integer("hold", hold, 0, 10000,
+  v.integer("hold", hold, {0, 10000},
             "frames that an object on the way stands still, the one that shows it not counted; or "
             "that the last mesh of a mesh sequence stays, in each round");
   v.number(
-      "retarget", retarget, 0.01, 1,
+      "retarget", retarget, {0.01, 1},
       "share of the motion's time after which the actor leaves for the next object, from where "
       "its balls are, for an object on the way; 1: it is reached");
-  v.number("weight", weight, 0, 1e6,
+  v.number("weight", weight, {0, 1e6},
            "blend: share of this object, over the sum of all weights; may have keyframes",
            Keyframes::kAllowed);
 }
@@ -143,20 +149,20 @@ void describe(V& v, ObjectSettings& s) {
 template <class V>
 void describe(V& v, FrameSettings& s) {
   auto& [count, per_leg, fps, hold_start, hold_end, turntable, still] = s;
-  v.integer("count", count, 0, kMaxFrames,
+  v.integer("count", count, {0, kMaxFrames},
             "frames in all, holds included; 0: as many as the actors need, 24 per leg without "
             "per_leg");
   v.integers(
-      "per_leg", per_leg, 1, kMaxFrames,
+      "per_leg", per_leg, {1, kMaxFrames},
       "frames of each leg (object to next object) of every actor without its own; instead of "
       "count");
-  v.number("fps", fps, 0.1, 1000, "frames per second, for GIF and movie and the EXR header");
-  v.integer("hold_start", hold_start, 0, 10000, "extra frames that stand still at the start");
-  v.integer("hold_end", hold_end, 0, 10000, "extra frames that stand still at the end");
-  v.integer("turntable", turntable, 0, kMaxFrames,
+  v.number("fps", fps, {0.1, 1000}, "frames per second, for GIF and movie and the EXR header");
+  v.integer("hold_start", hold_start, {0, 10000}, "extra frames that stand still at the start");
+  v.integer("hold_end", hold_end, {0, 10000}, "extra frames that stand still at the end");
+  v.integer("turntable", turntable, {0, kMaxFrames},
             "instead of the film: a turn of the camera around its frame `still`, in so many "
             "frames; 0: the film");
-  v.integer("still", still, 1, kMaxFrames, "turntable: the frame that is turned");
+  v.integer("still", still, {1, kMaxFrames}, "turntable: the frame that is turned");
 }
 
 template <class V>
@@ -170,7 +176,7 @@ void describe(V& v, FieldSettings& s) {
            "contribution of a ball to the field: Blinn's Gaussian, Wyvill's soft object or k r^2 / "
            "d^2");
   v.number(
-      "blobbiness", blobbiness, 0, 50,
+      "blobbiness", blobbiness, {0, 50},
       "gaussian without a fit: |B|; small melts balls together, large keeps them apart; 0: 0.12 "
       "for octree and active, 6 for hubbard and medial");
   v.retired("even", "report.even");
@@ -191,7 +197,7 @@ void describe(V& v, PlanSettings& s) {
             {"transport", PlanMethod::kTransport}},
            "assignment of balls: in list order with surplus balls paired at random, every "
            "ball with the cheapest one, or optimal transport of the volume");
-  v.integer("seed", seed, 0, 9007199254740991, "random seed of the plan");
+  v.integer("seed", seed, {0, 9007199254740991}, "random seed of the plan");
   v.choice("align", align,
            {{"none", AlignMethod::kNone},
             {"translate", AlignMethod::kTranslate},
@@ -235,10 +241,10 @@ void describe(V& v, PathKeys& s) {
            "path of a ball: parts where limbs become each other and else rigid, a line, an arc, "
            "the rotation and growth that lays one object on the other, the same part by part with "
            "neighbours held together, or a throw out of the one and, backwards, into the other");
-  v.number("bend", s.bend, -2, 2,
+  v.number("bend", s.bend, {-2, 2},
            "bezier: height of the arc that the paths follow, as a share of their length");
-  v.number("burst", s.burst, 0, 100, "explode: speed, in the objects' sizes per motion");
-  v.number("gravity", s.gravity, 0, 100, "explode: 1 brings balls down within the motion");
+  v.number("burst", s.burst, {0, 100}, "explode: speed, in the objects' sizes per motion");
+  v.number("gravity", s.gravity, {0, 100}, "explode: 1 brings balls down within the motion");
 }
 
 /// The easing of a leg's motion, and the parameters of each kind of easing.
@@ -260,12 +266,13 @@ void describe(V& v, EasingKeys& s) {
   v.numbers("bezier", s.bezier, {{0, 1}, {-2, 3}, {0, 1}, {-2, 3}},
             "bezier: x1, y1, x2, y2 of the curve's inner points");
   auto& [mass, stiffness, damping, lag] = s.spring;
-  v.number("mass", mass, 1e-3, 1e3, "spring: mass of a ball of mean volume");
-  v.number("stiffness", stiffness, 1e-2, 1e5,
+  v.number("mass", mass, {1e-3, 1e3}, "spring: mass of a ball of mean volume");
+  v.number("stiffness", stiffness, {1e-2, 1e5},
            "spring: force per displacement; the motion lasts one unit of time");
-  v.number("damping", damping, 0, 1e4,
+  v.number("damping", damping, {0, 1e4},
            "spring: force per speed; critical at 2 sqrt(mass stiffness)");
-  v.number("lag", lag, 0, 1, "spring: exponent by which big balls have more mass than small ones");
+  v.number("lag", lag, {0, 1},
+           "spring: exponent by which big balls have more mass than small ones");
 }
 
 /// The order in which balls start.
@@ -285,7 +292,7 @@ void describe(V& v, StaggerKeys& s) {
             {"noise", Stagger::kNoise}},
            "balls that start later: none, those further along `axis`, the bigger ones, label by "
            "label, or at random");
-  v.number("share", s.share, 0, 0.9,
+  v.number("share", s.share, {0, 0.9},
            "share of the motion's time between the first start and the last");
   v.vector("axis", s.axis, "axis: direction in which the last balls lie");
 }
@@ -313,7 +320,7 @@ void describe(V& v, MotionSettings& s) {
   v.object("stagger", stagger_keys, "order of starting; its kind alone may stand for it");
   v.retired("stagger_share", "motion.stagger.share");
   v.retired("stagger_axis", "motion.stagger.axis");
-  v.integer("seed", seed, 0, 9007199254740991, "random seed of the motion");
+  v.integer("seed", seed, {0, 9007199254740991}, "random seed of the motion");
   v.boolean("keep_volume", keep_volume,
             "shift the level of every frame so that the volume goes evenly from one object's to "
             "the next's");
@@ -330,9 +337,9 @@ void describe(V& v, BoundarySettings& s) {
        {"cut", BoundaryMethod::kCut}},
       "model to balls: the model's own mesh moves onto their surface (or, where under 98 % of it "
       "arrives, blend), one solid between both, the report's crossfade, or a hard cut");
-  v.number("look_share", look_share, 0, 0.4,
+  v.number("look_share", look_share, {0, 0.4},
            "share of a leg's time at each full end in which the model fades to the common look");
-  v.number("boundary_share", boundary_share, 0, 0.4,
+  v.number("boundary_share", boundary_share, {0, 0.4},
            "share of a leg's time at each full end in which the model becomes balls");
 }
 
@@ -340,14 +347,14 @@ template <class V>
 void describe(V& v, SurfaceSettings& s) {
   // Some members have their keys in ReportKeys.
   [[maybe_unused]] auto& [resolution, method, placement, flat, influence, min_component_share] = s;
-  v.integer("resolution", resolution, 8, 4096,
+  v.integer("resolution", resolution, {8, 4096},
             "cells of the marching cubes along the longest side of an actor's box");
   v.retired("method", "report.surface");
   v.retired("placement", "report.placement");
   v.retired("flat", "report.flat");
   v.retired("influence", "report.influence");
   v.retired("crumbs", "surface.min_component_share");
-  v.number("min_component_share", min_component_share, 0, 0.1,
+  v.number("min_component_share", min_component_share, {0, 0.1},
            "separate components below this share of the volume are left out of moving surfaces; 0 "
            "keeps all");
 }
@@ -360,7 +367,7 @@ struct ReportKeys {
 };
 template <class V>
 void describe(V& v, ReportKeys& s) {
-  v.number("root_margin", s.spheres.root_margin, 0, 1,
+  v.number("root_margin", s.spheres.root_margin, {0, 1},
            "spheres octree and active: excess of the root cube over the model's longest side, as "
            "a share of it; the report's counts of spheres come nearest with 0.092");
   v.choice("inside", s.spheres.inside,
@@ -370,11 +377,11 @@ void describe(V& v, ReportKeys& s) {
       "even", s.field.even,
       "field gaussian, spheres octree and active without a fit: strengths such that the field "
       "is alike at all centres, so that thin parts stay");
-  v.number("blob_constant", s.field.blob_constant, 1e-6, 1e6,
+  v.number("blob_constant", s.field.blob_constant, {1e-6, 1e6},
            "field inverse_square: factor of every ball");
-  v.number("magnitude", s.field.magnitude, 1e-6, 1e6,
+  v.number("magnitude", s.field.magnitude, {1e-6, 1e6},
            "field inverse_square: strength of a ball, times its radius squared");
-  v.number("threshold", s.field.threshold, 1e-6, 1e6,
+  v.number("threshold", s.field.threshold, {1e-6, 1e6},
            "field inverse_square: field value at the surface");
   v.choice("surface", s.surface.method,
            {{"marching_cubes", SurfaceMethod::kMarchingCubes}, {"matrix", SurfaceMethod::kMatrix}},
@@ -383,7 +390,7 @@ void describe(V& v, ReportKeys& s) {
            {{"root", Placement::kRoot}, {"midpoint", Placement::kMidpoint}},
            "position of vertices on grid edges: at the field's level, or half way");
   v.boolean("flat", s.surface.flat, "every triangle has its own normal");
-  v.integer("influence", s.surface.influence, 1, 16,
+  v.integer("influence", s.surface.influence, {1, 16},
             "cells between the points at which the field is computed; it is interpolated between");
 }
 
@@ -395,24 +402,24 @@ void describe(V& v, CameraSettings& s) {
            "place of the camera; default: placed by azimuth, elevation and framing");
   v.vector("target", target, "point that it looks at; default: the middle of all objects");
   v.vector("up", up, "direction that is up in the picture");
-  v.number("fov", fov, 1, 150, "vertical field of view, degrees");
-  v.number("azimuth", azimuth, -360, 360, "degrees from +z towards +x");
-  v.number("elevation", elevation, -89, 89, "degrees above the horizon");
-  v.number("orbit", orbit, -36000, 36000,
+  v.number("fov", fov, {1, 150}, "vertical field of view, degrees");
+  v.number("azimuth", azimuth, {-360, 360}, "degrees from +z towards +x");
+  v.number("elevation", elevation, {-89, 89}, "degrees above the horizon");
+  v.number("orbit", orbit, {-36000, 36000},
            "degrees that the camera goes round its target during the film, evenly; whole "
            "turns close without a seam",
            Keyframes::kNone);
-  v.number("dolly", dolly, 0.01, 100,
+  v.number("dolly", dolly, {0.01, 100},
            "factor on the distance from the target: below 1 is nearer than framing or `position` "
            "puts the camera");
-  v.number("margin", margin, 0, 0.45,
+  v.number("margin", margin, {0, 0.45},
            "free border on each side when framing automatically, as a share of the picture");
-  v.number("aperture", aperture, 0, 1e6,
+  v.number("aperture", aperture, {0, 1e6},
            "diameter of the lens in scene units: things out of focus blur; 0: all is sharp");
-  v.number("focus", focus, 1e-6, 1e6,
+  v.number("focus", focus, {1e-6, 1e6},
            "distance that is sharp, along the view axis; default: that of the middle of all "
            "objects, or of `target`");
-  v.number("shutter", shutter, 0, 4,
+  v.number("shutter", shutter, {0, 4},
            "motion blur: how many frames long the shutter is open, around the frame's moment; 0.5 "
            "is a film camera's");
 }
@@ -429,13 +436,13 @@ void describe(V& v, LampSettings& s) {
   v.vector("target", target,
            "lamp, panel: where `intensity` holds, and what a panel faces; default: the middle of "
            "all objects");
-  v.number("radius", radius, 0, 1e6, "lamp: 0 is a point, with hard shadows");
-  v.number("width", width, 1e-6, 1e6, "panel: width in scene units");
-  v.number("height", height, 1e-6, 1e6, "panel: height in scene units");
-  v.number("azimuth", azimuth, -360, 360, "sun: degrees from the camera's azimuth");
-  v.number("elevation", elevation, -10, 90, "sun: degrees above the horizon");
-  v.number("size", size, 0, 60, "sun: apparent diameter in degrees");
-  v.number("intensity", intensity, 0, 1000,
+  v.number("radius", radius, {0, 1e6}, "lamp: 0 is a point, with hard shadows");
+  v.number("width", width, {1e-6, 1e6}, "panel: width in scene units");
+  v.number("height", height, {1e-6, 1e6}, "panel: height in scene units");
+  v.number("azimuth", azimuth, {-360, 360}, "sun: degrees from the camera's azimuth");
+  v.number("elevation", elevation, {-10, 90}, "sun: degrees above the horizon");
+  v.number("size", size, {0, 60}, "sun: apparent diameter in degrees");
+  v.number("intensity", intensity, {0, 1000},
            "irradiance it gives a surface at its target that faces it");
   v.color("color", color, "colour of its light");
 }
@@ -444,20 +451,20 @@ template <class V>
 void describe(V& v, LightSettings& s) {
   auto& [key_azimuth, key_elevation, key_size, key_intensity, key_color, environment, sky,
          turbidity, sky_intensity, follow_camera, lamps] = s;
-  v.number("key_azimuth", key_azimuth, -360, 360,
+  v.number("key_azimuth", key_azimuth, {-360, 360},
            "bearing of the key light, degrees from the camera's azimuth");
-  v.number("key_elevation", key_elevation, -10, 90, "degrees above the horizon");
-  v.number("key_size", key_size, 0, 60,
+  v.number("key_elevation", key_elevation, {-10, 90}, "degrees above the horizon");
+  v.number("key_size", key_size, {0, 60},
            "apparent diameter in degrees; larger is softer, 0 is a hard shadow");
-  v.number("key_intensity", key_intensity, 0, 1000,
+  v.number("key_intensity", key_intensity, {0, 1000},
            "irradiance the key light gives a surface facing it");
   v.color("key_color", key_color, "colour of the key light");
   v.path("environment", environment,
          "lat-long image (EXR, HDR, PNG, JPEG, TIFF); default: the built-in `sky`");
   v.choice("sky", sky, {{"studio", SkyKind::kStudio}, {"day", SkyKind::kDay}},
            "built-in: soft boxes in a studio, or a clear sky whose sun is the key light");
-  v.number("turbidity", turbidity, 2, 10, "sky day: 2 is very clear, 10 hazy");
-  v.number("sky_intensity", sky_intensity, 0, 1000, "factor on the environment or the sky");
+  v.number("turbidity", turbidity, {2, 10}, "sky day: 2 is very clear, 10 hazy");
+  v.number("sky_intensity", sky_intensity, {0, 1000}, "factor on the environment or the sky");
   v.boolean("follow_camera", follow_camera,
             "the key light, suns and the studio turn with a camera that moves; else they stand as "
             "its first frame sees them");
@@ -468,7 +475,7 @@ template <class V>
 void describe(V& v, GroundSettings& s) {
   auto& [enabled, height, color, shadow_only, contact] = s;
   v.boolean("enabled", enabled, "a floor that catches shadows");
-  v.number("height", height, -1e6, 1e6, "height of the floor; default: below everything");
+  v.number("height", height, {-1e6, 1e6}, "height of the floor; default: below everything");
   v.color("color", color, "colour of the floor");
   v.boolean("shadow_only", shadow_only,
             "keep only the shadows it catches, in alpha, for putting the picture on another");
@@ -491,26 +498,26 @@ void describe(V& v, LookSettings& s) {
             {"glass", LookKind::kGlass}},
            kLookHelp);
   v.color("color", color, "colour of the common look");
-  v.number("roughness", roughness, 0, 1, "roughness of the metal or the glass: 0 is a mirror");
-  v.number("ior", ior, 1, 3, "refractive index of the glass");
+  v.number("roughness", roughness, {0, 1}, "roughness of the metal or the glass: 0 is a mirror");
+  v.number("ior", ior, {1, 3}, "refractive index of the glass");
 }
 
 template <class V>
 void describe(V& v, ImageSettings& s) {
   auto& [width, height, samples, noise, max_depth, seed, steady, denoise, smooth, exposure,
          transparent, aovs] = s;
-  v.integer("width", width, 1, 32768, "width in pixels");
-  v.integer("height", height, 1, 32768, "height in pixels");
-  v.integer("samples", samples, 1, 65536,
+  v.integer("width", width, {1, 32768}, "width in pixels");
+  v.integer("height", height, {1, 32768}, "height in pixels");
+  v.integer("samples", samples, {1, 65536},
             "samples per pixel; with `noise`, the maximum for one pixel");
-  v.number("noise", noise, 0, 1,
+  v.number("noise", noise, {0, 1},
            "sample until a pixel's estimated error, over the root of its brightness, is below this "
            "(0.01 is clean, 0.05 a draft); 0: the same number everywhere");
   v.integer(
-      "max_depth", max_depth, 0, 64,
+      "max_depth", max_depth, {0, 64},
       "longest light path, in bounces; 0: direct light from the lights' centres, and a sky that "
       "nothing hides");
-  v.integer("seed", seed, 0, 9007199254740991, "random seed of the samples");
+  v.integer("seed", seed, {0, 9007199254740991}, "random seed of the samples");
   v.boolean("steady", steady,
             "things that stand still under a camera that stands still keep their noise from frame "
             "to frame; those that move have new noise in each");
@@ -519,7 +526,7 @@ void describe(V& v, ImageSettings& s) {
   v.boolean("smooth", smooth,
             "smooth the noise of few samples where surfaces are even, as --preview does; edges and "
             "textures keep theirs");
-  v.number("exposure", exposure, -20, 20, "stops, for PNG, GIF and strips; EXR stays as it is",
+  v.number("exposure", exposure, {-20, 20}, "stops, for PNG, GIF and strips; EXR stays as it is",
            Keyframes::kAllowed);
   v.boolean("transparent", transparent, "alpha 0 instead of a backdrop");
   v.text("aovs", aovs,
@@ -534,7 +541,7 @@ void describe(V& v, OutputSettings& s) {
          "frame file names when -o is not given, from where the program runs; #### is the frame "
          "number");
   v.boolean("png", png, "write a PNG beside each EXR");
-  v.integer("png_bits", png_bits, 8, 16,
+  v.integer("png_bits", png_bits, {8, 16},
             "bits per channel of a PNG: 16, or 8 with dither against bands in soft gradients");
   v.choice("colorspace", color_space,
            {{"rec709", ColorSpace::kRec709}, {"acescg", ColorSpace::kAcesCg}},
@@ -564,10 +571,10 @@ void describe(V& v, ActorSettings& s) {
          plan] = s;
   v.text("name", name, "name in messages, reports and meshes; default: the source's, or blend");
   describe_chain(v, s);
-  v.integer("start", start, 1, kMaxFrames,
+  v.integer("start", start, {1, kMaxFrames},
             "the frame from which it moves; before, it stands still (frames.hold_start comes on "
             "top)");
-  v.integers("per_leg", per_leg, 1, kMaxFrames,
+  v.integers("per_leg", per_leg, {1, kMaxFrames},
              "frames of each of its legs; default: the scene's, else it moves until the scene "
              "ends");
   v.vector("translate", translate, "shift in the scene, in scene units, after everything else");
@@ -580,7 +587,7 @@ template <class V>
 void describe(V& v, Scene& s) {
   auto& [path, version, description, arrange, actors, spheres, frames, field, plan, motion,
          boundary, surface, camera, lights, ground, look, image, output, tracks] = s;
-  v.integer("polymorph", version, 1, 1, "version of the scene format");
+  v.integer("polymorph", version, {1, 1}, "version of the scene format");
   v.text("description", description, "a line for people");
   v.object("spheres", spheres, "approximation of the models by spheres and balls");
   ReportKeys report{spheres, field, surface};

@@ -68,16 +68,16 @@ class KeyframeApplier {
       : tracks_(tracks), time_(time), pointer_(std::move(pointer)) {}
 
   template <class T>
-  void integer(const char*, T&, long long, long long, const char*) {}
-  void number(const char* key, float& value, double low, double high, const char*,
+  void integer(const char*, T&, Range<long long>, const char*) {}
+  void number(const char* key, float& value, Range<double> range, const char*,
               Keyframes = Keyframes::kAsObject) {
     if (const KeyframeTrack* track = find(key))
-      value =
-          std::clamp(value_at(*track, time_).x, static_cast<float>(low), static_cast<float>(high));
+      value = std::clamp(value_at(*track, time_).x, static_cast<float>(range.low),
+                         static_cast<float>(range.high));
   }
-  void number(const char* key, std::optional<float>& value, double low, double high,
-              const char* doc, Keyframes = Keyframes::kAsObject) {
-    if (find(key)) number(key, value.emplace(), low, high, doc);
+  void number(const char* key, std::optional<float>& value, Range<double> range, const char* doc,
+              Keyframes = Keyframes::kAsObject) {
+    if (find(key)) number(key, value.emplace(), range, doc);
   }
   void boolean(const char*, bool&, const char*) {}
   void boolean(const char*, std::optional<bool>&, const char*) {}
@@ -99,8 +99,8 @@ class KeyframeApplier {
   void color(const char* key, std::optional<Vec3>& value, const char* doc) {
     vector(key, value, doc);
   }
-  void integers(const char*, std::vector<int>&, long long, long long, const char*) {}
-  void numbers(const char*, std::vector<float>&, std::initializer_list<std::pair<double, double>>,
+  void integers(const char*, std::vector<int>&, Range<long long>, const char*) {}
+  void numbers(const char*, std::vector<float>&, std::initializer_list<Range<double>>,
                const char*) {}
   template <class T>
   void object(const char* key, T& value, const char*) {

@@ -106,8 +106,9 @@ Result<SceneReading> read_scene_text(const std::filesystem::path& path, std::str
 
   SceneReading reading;
   reading.scene.path = path;
-  std::filesystem::path folder = std::filesystem::absolute(path).parent_path();
-  FieldReader fields(document, document.root, "", folder, reading.findings, reading.scene.tracks);
+  const SceneDocument scene_document{document, std::filesystem::absolute(path).parent_path(),
+                                     reading.findings, reading.scene.tracks};
+  FieldReader fields(scene_document, document.root, "");
   describe(fields, reading.scene);
   fields.finish();
   find_contradictions(document, reading.scene, reading.findings);

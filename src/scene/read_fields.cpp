@@ -31,7 +31,7 @@ bool FieldReader::read_key(const JsonValue& item, const std::string& pointer, Ke
         fmt::format("must be {{\"frame\": 1, \"value\": ...}} (is {})", kind_name(item.kind)));
     return false;
   }
-  FieldReader fields(document_, item, pointer, folder_, findings_, tracks_);
+  FieldReader fields(document_, item, pointer);
   KeyframeTime time;
   describe(fields, time);
   read(fields);
@@ -83,7 +83,7 @@ bool FieldReader::read_keyframes(const char* key, T& out, const F& read, Keyfram
   // Read the easing, then the list of keys.
   KeyframeTrack track;
   track.pointer = pointer_ + "/" + key;
-  FieldReader fields(document_, *object, track.pointer, folder_, findings_, tracks_);
+  FieldReader fields(document_, *object, track.pointer);
   describe(fields, track);
   const JsonValue* list = fields.expect("keys", JsonValue::Kind::kArray);
   fields.finish();
@@ -102,14 +102,14 @@ bool FieldReader::read_keyframes(const char* key, T& out, const F& read, Keyfram
       track.keys.back().value = as_vector(value);
     if (i == 0) out = value;
   }
-  if (!track.keys.empty()) tracks_.push_back(std::move(track));
+  if (!track.keys.empty()) document_.tracks.push_back(std::move(track));
   return true;
 }
 
-void FieldReader::number(const char* key, float& out, double low, double high, const char* doc,
+void FieldReader::number(const char* key, float& out, Range<double> range, const char* doc,
                          Keyframes keyframes) {
   const auto read = [&](FieldReader& key_fields, float& value) {
-    key_fields.number("value", value, low, high, doc);
+    key_fields.number("value", value, range, doc);
   };
   if (read_keyframes(key, out, read, keyframes)) return;
   const JsonValue* value = find(key);
@@ -121,17 +121,18 @@ void FieldReader::number(const char* key, float& out, double low, double high, c
                                   ? ", or {\"keys\": [{\"frame\": 1, \"value\": ...}, ...]}"
                                   : "",
                               kind_name(value->kind)));
-  if (!(value->number >= low && value->number <= high))
-    report(*value, key, fmt::format("must be {:g} to {:g} (is {:g})", low, high, value->number));
+  if (!(value->number >= range.low && value->number <= range.high))
+    report(*value, key,
+           fmt::format("must be {:g} to {:g} (is {:g})", range.low, range.high, value->number));
   else
     out = static_cast<float>(value->number);
 }
 
-void FieldReader::number(const char* key, std::optional<float>& out, double low, double high,
+void FieldReader::number(const char* key, std::optional<float>& out, Range<double> range,
                          const char* doc, Keyframes keyframes) {
   if (!object_.find(key)) return add_known(key);
   float value = 0;
-  number(key, value, low, high, doc, keyframes);
+  number(key, value, range, doc, keyframes);
   out = value;
 }
 
@@ -220,22 +221,23 @@ void FieldReader::color(const char* key, std::optional<Vec3>& out, const char* d
   out = value;
 }
 
-void FieldReader::integers(const char* key, std::vector<int>& out, long long low, long long high,
+void FieldReader::integers(const char* key, std::vector<int>& out, Range<long long> range,
                            const char*) {
   const JsonValue* value = expect(key, JsonValue::Kind::kArray);
   if (!value) return;
   out.clear();
   for (const JsonValue& item : value->items) {
-    if (item.kind != JsonValue::Kind::kNumber || !item.integral || item.integer < low ||
-        item.integer > high)
-      report(item, key, fmt::format("must be a list of whole numbers, {} to {}", low, high));
+    if (item.kind != JsonValue::Kind::kNumber || !item.integral || item.integer < range.low ||
+        item.integer > range.high)
+      report(item, key,
+             fmt::format("must be a list of whole numbers, {} to {}", range.low, range.high));
     else
       out.push_back(static_cast<int>(item.integer));
   }
 }
 
 void FieldReader::numbers(const char* key, std::vector<float>& out,
-                          std::initializer_list<std::pair<double, double>> ranges, const char*) {
+                          std::initializer_list<Range<double>> ranges, const char*) {
   const JsonValue* value = expect(key, JsonValue::Kind::kArray);
   if (!value) return;
   std::vector<float> read_values;
@@ -300,7 +302,7 @@ void FieldReader::read_landmarks(const JsonValue& value, const std::string& poin
     const JsonValue& landmark = member.value;
     LandmarkPoint point;
     point.pointer = pointer + "/" + member.key;
-    const TextPosition position = document_.position(landmark.offset);
+    const TextPosition position = document_.json.position(landmark.offset);
     point.line = position.line, point.column = position.column;
     const bool is_point =
         landmark.items.size() == 3 &&
@@ -473,7 +475,7 @@ bool FieldReader::read_hex(const std::string& text, Vec3& out) {
 
 std::filesystem::path FieldReader::resolve(const std::string& file) const {
   remember_name(file);
-  return (folder_ / file).lexically_normal();
+  return (document_.folder / file).lexically_normal();
 }
 
 void FieldReader::check_file(const JsonValue& value, const char* key,
@@ -495,9 +497,9 @@ void FieldReader::check_file_at(std::size_t offset, const std::string& pointer,
 
 void FieldReader::report_at(std::size_t offset, const std::string& pointer,
                             const std::string& message) {
-  if (findings_.size() >= kMaxCollectedFindings) return;
-  const TextPosition position = document_.position(offset);
-  findings_.push_back({position.line, position.column, pointer, message});
+  if (document_.findings.size() >= kMaxCollectedFindings) return;
+  const TextPosition position = document_.json.position(offset);
+  document_.findings.push_back({position.line, position.column, pointer, message});
 }
 
 }  // namespace polymorph

@@ -16,41 +16,43 @@
 
 namespace polymorph {
 
-/// Visitor that reads `object`, whose JSON pointer is `pointer`; paths are relative to `folder`.
-/// Adds errors to `findings` and keyframes to `tracks`. If `keyed`, numbers, vectors and colours
-/// may have keyframes.
+/// A scene's JSON, and the results of reading it that are not settings.
+struct SceneDocument {
+  const JsonDocument& json;
+  std::filesystem::path folder;         ///< paths in the scene are relative to it
+  std::vector<SceneFinding>& findings;  ///< errors
+  std::vector<KeyframeTrack>& tracks;
+};
+
+/// Visitor that reads `object`, whose JSON pointer is `pointer`. If `keyed`, numbers, vectors and
+/// colours may have keyframes.
 class FieldReader {
  public:
-  FieldReader(const JsonDocument& document, const JsonValue& object, std::string pointer,
-              std::filesystem::path folder, std::vector<SceneFinding>& findings,
-              std::vector<KeyframeTrack>& tracks, bool keyed = false)
-      : document_(document),
-        object_(object),
-        pointer_(std::move(pointer)),
-        folder_(std::move(folder)),
-        findings_(findings),
-        tracks_(tracks),
-        keyed_(keyed) {}
+  FieldReader(const SceneDocument& document, const JsonValue& object, std::string pointer,
+              bool keyed = false)
+      : document_(document), object_(object), pointer_(std::move(pointer)), keyed_(keyed) {}
 
   template <class T>
-  void integer(const char* key, T& out, long long low, long long high, const char*) {
+  void integer(const char* key, T& out, Range<long long> range, const char*) {
     const JsonValue* value = expect(key, JsonValue::Kind::kNumber);
     if (!value) return;
     if (!value->integral)
       report(
           *value, key,
-          fmt::format("must be a whole number, {} to {} (is {:g}{})", low, high, value->number,
+          fmt::format("must be a whole number, {} to {} (is {:g}{})", range.low, range.high,
+                      value->number,
                       std::fabs(value->number) < 1e9 && std::trunc(value->number) == value->number
                           ? " with a decimal point"
                           : ""));
-    else if (value->integer < low || value->integer > high)
-      report(*value, key, fmt::format("must be {} to {} (is {})", low, high, value->integer));
+    else if (value->integer < range.low || value->integer > range.high)
+      report(*value, key,
+             fmt::format("must be {} to {} (is {})", range.low, range.high, value->integer));
     else
       out = static_cast<T>(value->integer);
   }
-  void number(const char* key, float& out, double low, double high, const char* doc,
+  void number(const char* key, float& out, Range<double> range, const char* doc,
               Keyframes keyframes = Keyframes::kAsObject);
-  void number(const char* key, std::optional<float>& out, double low, double high, const char* doc,
+  void number(const char* key, std::optional<float>& out, Range<double> range, const char* doc,
               Keyframes keyframes = Keyframes::kAsObject);
   void boolean(const char* key, bool& out, const char*);
   void boolean(const char* key, std::optional<bool>& out, const char* doc);
@@ -79,10 +81,10 @@ class FieldReader {
   void scale(const char* key, Vec3& out, const char*);
   void color(const char* key, Vec3& out, const char* doc);
   void color(const char* key, std::optional<Vec3>& out, const char* doc);
-  void integers(const char* key, std::vector<int>& out, long long low, long long high, const char*);
+  void integers(const char* key, std::vector<int>& out, Range<long long> range, const char*);
   /// Reads a list with one number per range.
   void numbers(const char* key, std::vector<float>& out,
-               std::initializer_list<std::pair<double, double>> ranges, const char*);
+               std::initializer_list<Range<double>> ranges, const char*);
   void text_map(const char* key, std::map<std::string, std::string>& out, const char*);
   void landmarks(const char* key, LandmarkSettings& out, const char*);
   template <class T>
@@ -160,7 +162,7 @@ class FieldReader {
                 fmt::format("must be an object (is {})", kind_name(value.kind)));
       return;
     }
-    FieldReader inner(document_, value, pointer, folder_, findings_, tracks_, keyed_);
+    FieldReader inner(document_, value, pointer, keyed_);
     inner.actor_prototype_ = actor_prototype_;
     // The key "" is read by find_word().
     if constexpr (kHasShort || std::is_same_v<T, ObjectSettings>) inner.retired_.emplace_back("");
@@ -199,7 +201,7 @@ class FieldReader {
   bool read_vector(const JsonValue& value, const char* key, Vec3& out, double low, double high);
   /// Reads an sRGB colour "#rrggbb". Returns false if `text` is not such a colour.
   static bool read_hex(const std::string& text, Vec3& out);
-  /// Returns the path of a file name in the scene, which may be relative to `folder_`.
+  /// Returns the path of a file name in the scene, which may be relative to the scene's folder.
   std::filesystem::path resolve(const std::string& file) const;
   /// Reports a file that does not exist or is a folder.
   void check_file(const JsonValue& value, const char* key, const std::filesystem::path& file);
@@ -207,12 +209,9 @@ class FieldReader {
                      const std::filesystem::path& file);
   void report_at(std::size_t offset, const std::string& pointer, const std::string& message);
 
-  const JsonDocument& document_;
+  const SceneDocument& document_;
   const JsonValue& object_;
   std::string pointer_;
-  std::filesystem::path folder_;
-  std::vector<SceneFinding>& findings_;
-  std::vector<KeyframeTrack>& tracks_;
   bool keyed_;                        ///< numbers, vectors and colours here may have keyframes
   std::vector<std::string> known_;    ///< keys that describe() has visited
   std::vector<std::string> retired_;  ///< keys that finish() accepts in addition to known_

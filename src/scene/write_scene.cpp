@@ -20,18 +20,17 @@ class SchemaWriter {
   JsonValue properties = JsonValue::object();
 
   template <class T>
-  void integer(const char* key, T& value, long long low, long long high, const char* doc) {
-    add(key, doc, {{"type", "integer"}, {"minimum", low}, {"maximum", high}, {"default", value}});
+  void integer(const char* key, T& value, Range<long long> range, const char* doc) {
+    add(key, doc,
+        {{"type", "integer"}, {"minimum", range.low}, {"maximum", range.high}, {"default", value}});
   }
-  void number(const char* key, float& value, double low, double high, const char* doc,
+  void number(const char* key, float& value, Range<double> range, const char* doc,
               Keyframes keyframes = Keyframes::kAsObject) {
-    add_keyed(key, doc, {{"type", "number"}, {"minimum", low}, {"maximum", high}}, shorten(value),
-              keyframes);
+    add_keyed(key, doc, number_schema(range), shorten(value), keyframes);
   }
-  void number(const char* key, std::optional<float>&, double low, double high, const char* doc,
+  void number(const char* key, std::optional<float>&, Range<double> range, const char* doc,
               Keyframes keyframes = Keyframes::kAsObject) {
-    add_keyed(key, doc, {{"type", "number"}, {"minimum", low}, {"maximum", high}}, /*initial=*/{},
-              keyframes);
+    add_keyed(key, doc, number_schema(range), /*initial=*/{}, keyframes);
   }
   void boolean(const char* key, bool& value, const char* doc) {
     add(key, doc, {{"type", "boolean"}, {"default", value}});
@@ -64,14 +63,14 @@ class SchemaWriter {
   }
   void vector(const char* key, Vec3& value, const char* doc) {
     // The range of FieldReader::vector(), here and below.
-    add_keyed(key, doc, vector_schema(-1e6, 1e6), shorten(value));
+    add_keyed(key, doc, vector_schema({-1e6, 1e6}), shorten(value));
   }
   void vector(const char* key, std::optional<Vec3>&, const char* doc) {
-    add_keyed(key, doc, vector_schema(-1e6, 1e6));
+    add_keyed(key, doc, vector_schema({-1e6, 1e6}));
   }
   void scale(const char* key, Vec3&, const char* doc) {
     add(key, doc,
-        {{"oneOf", JsonValue::array({JsonValue{{"type", "number"}}, vector_schema(-1e6, 1e6)})},
+        {{"oneOf", JsonValue::array({JsonValue{{"type", "number"}}, vector_schema({-1e6, 1e6})})},
          {"default", 1}});
   }
   void color(const char* key, Vec3& value, const char* doc) {
@@ -80,16 +79,15 @@ class SchemaWriter {
   void color(const char* key, std::optional<Vec3>&, const char* doc) {
     add_keyed(key, doc, {{"oneOf", color_schemas()}});
   }
-  void integers(const char* key, std::vector<int>&, long long low, long long high,
-                const char* doc) {
+  void integers(const char* key, std::vector<int>&, Range<long long> range, const char* doc) {
     add(key, doc,
-        {{"type", "array"}, {"items", {{"type", "integer"}, {"minimum", low}, {"maximum", high}}}});
+        {{"type", "array"},
+         {"items", {{"type", "integer"}, {"minimum", range.low}, {"maximum", range.high}}}});
   }
   void numbers(const char* key, std::vector<float>& values,
-               std::initializer_list<std::pair<double, double>> ranges, const char* doc) {
+               std::initializer_list<Range<double>> ranges, const char* doc) {
     JsonValue items = JsonValue::array(), initial = JsonValue::array();
-    for (const auto& [low, high] : ranges)
-      items.push_back({{"type", "number"}, {"minimum", low}, {"maximum", high}});
+    for (const Range<double> range : ranges) items.push_back(number_schema(range));
     for (const float value : values) initial.push_back(shorten(value));
     add(key, doc,
         {{"type", "array"},
@@ -103,7 +101,7 @@ class SchemaWriter {
   }
   void landmarks(const char* key, LandmarkSettings&, const char* doc) {
     const JsonValue vertex{{"type", "string"}, {"pattern", "^v[1-9][0-9]*$"}};
-    const JsonValue point{{"oneOf", JsonValue::array({vector_schema(-1e9, 1e9), vertex})}};
+    const JsonValue point{{"oneOf", JsonValue::array({vector_schema({-1e9, 1e9}), vertex})}};
     const JsonValue object{
         {"type", "object"}, {"additionalProperties", point}, {"maxProperties", kMaxLandmarks}};
     add(key, doc, {{"type", "object"}, {"additionalProperties", object}});
@@ -200,15 +198,15 @@ class SchemaWriter {
     entry.update(json);
     properties[key] = entry;
   }
-  static JsonValue vector_schema(double low, double high) {
-    return {{"type", "array"},
-            {"items", {{"type", "number"}, {"minimum", low}, {"maximum", high}}},
-            {"minItems", 3},
-            {"maxItems", 3}};
+  static JsonValue number_schema(Range<double> range) {
+    return {{"type", "number"}, {"minimum", range.low}, {"maximum", range.high}};
+  }
+  static JsonValue vector_schema(Range<double> range) {
+    return {{"type", "array"}, {"items", number_schema(range)}, {"minItems", 3}, {"maxItems", 3}};
   }
   static JsonValue color_schemas() {
     return JsonValue::array(
-        {vector_schema(0, 1), JsonValue{{"type", "string"}, {"pattern", "^#[0-9a-fA-F]{6}$"}}});
+        {vector_schema({0, 1}), JsonValue{{"type", "string"}, {"pattern", "^#[0-9a-fA-F]{6}$"}}});
   }
 };
 
@@ -223,17 +221,17 @@ class FieldWriter {
   JsonValue json = JsonValue::object();
 
   template <class T>
-  void integer(const char* key, T& value, long long, long long, const char*) {
+  void integer(const char* key, T& value, Range<long long>, const char*) {
     json[key] = value;
   }
-  void number(const char* key, float& value, double, double, const char*,
+  void number(const char* key, float& value, Range<double>, const char*,
               Keyframes = Keyframes::kAsObject) {
     if (!write_keyframes(key, [](Vec3 v) { return JsonValue(shorten(v.x)); }))
       json[key] = shorten(value);
   }
-  void number(const char* key, std::optional<float>& value, double low, double high,
-              const char* doc, Keyframes = Keyframes::kAsObject) {
-    if (value) number(key, *value, low, high, doc);
+  void number(const char* key, std::optional<float>& value, Range<double> range, const char* doc,
+              Keyframes = Keyframes::kAsObject) {
+    if (value) number(key, *value, range, doc);
   }
   void boolean(const char* key, bool& value, const char*) { json[key] = value; }
   void boolean(const char* key, std::optional<bool>& value, const char*) {
@@ -265,11 +263,11 @@ class FieldWriter {
   void color(const char* key, std::optional<Vec3>& value, const char* doc) {
     vector(key, value, doc);
   }
-  void integers(const char* key, std::vector<int>& value, long long, long long, const char*) {
+  void integers(const char* key, std::vector<int>& value, Range<long long>, const char*) {
     if (!value.empty()) json[key] = value;
   }
-  void numbers(const char* key, std::vector<float>& values,
-               std::initializer_list<std::pair<double, double>>, const char*) {
+  void numbers(const char* key, std::vector<float>& values, std::initializer_list<Range<double>>,
+               const char*) {
     json[key] = JsonValue::array();
     for (const float value : values) json[key].push_back(shorten(value));
   }

@@ -49,16 +49,18 @@ class ChangeField {
   std::vector<std::string> names;
 
   template <class T>
-  void integer(const char* key, T& value, long long low, long long high, const char*) {
-    if (turn(key)) value = static_cast<T>(value == static_cast<T>(low) ? high : low);
+  void integer(const char* key, T& value, Range<long long> range, const char*) {
+    if (turn(key))
+      value = static_cast<T>(value == static_cast<T>(range.low) ? range.high : range.low);
   }
-  void number(const char* key, float& value, double low, double high, const char*,
+  void number(const char* key, float& value, Range<double> range, const char*,
               Keyframes = Keyframes::kAsObject) {
-    if (turn(key)) value = static_cast<float>(value == static_cast<float>(low) ? high : low);
+    if (turn(key))
+      value = static_cast<float>(value == static_cast<float>(range.low) ? range.high : range.low);
   }
-  void number(const char* key, std::optional<float>& value, double low, double high, const char*,
+  void number(const char* key, std::optional<float>& value, Range<double> range, const char*,
               Keyframes = Keyframes::kAsObject) {
-    if (turn(key)) value = static_cast<float>(0.3 * low + 0.7 * high);
+    if (turn(key)) value = static_cast<float>(0.3 * range.low + 0.7 * range.high);
   }
   void boolean(const char* key, bool& value, const char*) {
     if (turn(key)) value = !value;
@@ -102,11 +104,11 @@ class ChangeField {
   void color(const char* key, std::optional<Vec3>& value, const char* doc) {
     vector(key, value, doc);
   }
-  void integers(const char* key, std::vector<int>& value, long long low, long long, const char*) {
-    if (turn(key)) value.push_back(static_cast<int>(low));
+  void integers(const char* key, std::vector<int>& value, Range<long long> range, const char*) {
+    if (turn(key)) value.push_back(static_cast<int>(range.low));
   }
-  void numbers(const char* key, std::vector<float>& values,
-               std::initializer_list<std::pair<double, double>>, const char*) {
+  void numbers(const char* key, std::vector<float>& values, std::initializer_list<Range<double>>,
+               const char*) {
     if (!turn(key)) return;
     if (values.empty()) values.push_back(0);
     values[0] += 0.25f;
