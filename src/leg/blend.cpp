@@ -19,10 +19,8 @@ constexpr int kBlock = 8;
 
 /// Inputs of distances_at().
 struct BlendInputs {
-  const Model& model;
-  const InsideTest& inside;
-  const ClosestPointQuery &to_model, &to_surface;
-  const BallSet& balls;
+  const BlendEnds& ends;
+  const ClosestPointQuery& to_surface;
   const ExtractSettings& settings;
   Engine& engine;
 };
@@ -35,9 +33,9 @@ struct Distances {
 /// Computes signed distances to both surfaces, clamped to `band`.
 Result<Distances> distances_at(const BlendInputs& in, const std::vector<Vec3>& points, float band) {
   std::vector<float> field_values;
-  PM_TRY_STATUS(to_status(in.engine.sample(in.balls, points, in.settings, field_values)));
-  const std::vector<std::uint8_t> in_model = in.inside.inside(points);
-  const std::vector<ClosestPoint> to_model = in.to_model.closest(points, band),
+  PM_TRY_STATUS(to_status(in.engine.sample(in.ends.balls, points, in.settings, field_values)));
+  const std::vector<std::uint8_t> in_model = in.ends.inside.inside(points);
+  const std::vector<ClosestPoint> to_model = in.ends.to_model->closest(points, band),
                                   to_surface = in.to_surface.closest(points, band);
   Distances distances;
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -162,12 +160,11 @@ std::shared_ptr<const Regression> identity_map(const Box& box, float progress) {
 
 }  // namespace
 
-Result<BlendField> make_blend_field(const Model& model, const InsideTest& inside,
-                                    const ClosestPointQuery& to_model, const BallSet& balls,
-                                    Mesh surface, float cell, const ExtractSettings& settings,
+Result<BlendField> make_blend_field(BlendEnds ends, float cell, const ExtractSettings& settings,
                                     Engine& engine) {
+  Mesh& surface = ends.surface;
   PM_CHECK(!surface.triangles.empty());
-  const Box box = unite(model.box(), bounding_box(surface.positions));
+  const Box box = unite(ends.model.box(), bounding_box(surface.positions));
   const Vec3 size = box.size();
   PM_TRY(const Grid grid,
          fit_grid(box, std::max(cell, std::max({size.x, size.y, size.z}) / kMaxDistanceCells)));
@@ -177,18 +174,17 @@ Result<BlendField> make_blend_field(const Model& model, const InsideTest& inside
   model_distances->grid = ball_distances->grid = grid;
   model_distances->values.resize(count), ball_distances->values.resize(count);
   auto to_surface = std::make_shared<const ClosestPointQuery>(surface.positions, surface.triangles);
-  PM_TRY_STATUS(fill_distances({model, inside, to_model, *to_surface, balls, settings, engine},
-                               *model_distances, *ball_distances));
+  PM_TRY_STATUS(
+      fill_distances({ends, *to_surface, settings, engine}, *model_distances, *ball_distances));
   for (DistanceGrid* distances : {model_distances.get(), ball_distances.get()}) {
     close_border(*distances);
     set_lipschitz(*distances);
   }
   return BlendField{std::move(model_distances), std::move(ball_distances), std::move(surface),
-                    std::move(to_surface)};
+                    std::move(ends.to_model), std::move(to_surface)};
 }
 
-Result<Mesh> blend_surface(const BlendField& field, const Model& model,
-                           const ClosestPointQuery& to_model, float progress,
+Result<Mesh> blend_surface(const BlendField& field, const Model& model, float progress,
                            const ExtractSettings& settings, Engine& engine) {
   const Grid& grid = field.model->grid;
   // One DistanceGrid of mixed distances has the same surface but rounds differently: half of the
@@ -203,10 +199,10 @@ Result<Mesh> blend_surface(const BlendField& field, const Model& model,
       [&](std::int64_t i) {
         const auto k = static_cast<std::size_t>(i);
         const Vec3 p = mesh.positions[k];
-        const Vec3 n =
-            normalized(interpolate_normal(model, model.corner_normals, to_model.closest(p))) *
-                (1 - progress) +
-            surface_normal(field.surface, field.to_surface->closest(p)) * progress;
+        const Vec3 n = normalized(interpolate_normal(model, model.corner_normals,
+                                                     field.to_model->closest(p))) *
+                           (1 - progress) +
+                       surface_normal(field.surface, field.to_surface->closest(p)) * progress;
         mesh.normals[k] = dot(n, n) > 0 ? normalized(n) : Vec3{0, 1, 0};
       },
       /*grain=*/256);

@@ -39,7 +39,7 @@ Result<BoundaryStage> make_boundary_stage(const PreparedObject& object, Boundary
              object.name, 100 * arrived);
   }
   PM_TRY(BlendField field,
-         make_blend_field(object.model, inside, *object.closest, object.balls, std::move(surface),
+         make_blend_field({object.model, inside, object.closest, object.balls, std::move(surface)},
                           settings.cell, settings.measured, engine));
   return BoundaryStage{std::move(field)};
 }
@@ -52,8 +52,8 @@ Result<BoundarySurface> boundary_surface(const Leg& leg, const BoundaryState& mo
   if (progress <= 0 || std::holds_alternative<std::monostate>(object.boundary)) {
     surface.points = object.model.points;
   } else if (const auto* blend = std::get_if<BlendField>(&object.boundary)) {
-    PM_TRY(surface.surface, blend_surface(*blend, object.model, *object.closest, progress,
-                                          leg.settings.measured, engine));
+    PM_TRY(surface.surface,
+           blend_surface(*blend, object.model, progress, leg.settings.measured, engine));
   } else if (const auto* projection = std::get_if<Projection>(&object.boundary)) {
     MovingMesh mesh = projected_mesh(object.model, *projection, progress);
     surface.points = std::move(mesh.points);

@@ -59,19 +59,17 @@ class Blend : public ::testing::Test {
  protected:
   void prepare(ModelAndBalls given, float cell) {
     pair = std::move(given);
-    to_model = std::make_unique<ClosestPointQuery>(pair.model);
+    const auto to_model = std::make_shared<const ClosestPointQuery>(pair.model);
     Mesh surface = *extract_surface(*engine, pair.balls, cell, {});
-    auto made = make_blend_field(pair.model, InsideTest(pair.model), *to_model, pair.balls,
-                                 std::move(surface), cell, {}, *engine);
+    auto made = make_blend_field(
+        {pair.model, InsideTest(pair.model), to_model, pair.balls, std::move(surface)}, cell, {},
+        *engine);
     ASSERT_TRUE(made.ok());
     field = std::move(*made);
   }
-  Mesh at(float progress) const {
-    return *blend_surface(field, pair.model, *to_model, progress, {}, *engine);
-  }
+  Mesh at(float progress) const { return *blend_surface(field, pair.model, progress, {}, *engine); }
 
   ModelAndBalls pair;
-  std::unique_ptr<ClosestPointQuery> to_model;
   BlendField field;
   std::unique_ptr<Engine> engine = make_cpu_engine();
 };
