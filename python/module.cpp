@@ -152,7 +152,7 @@ class PythonScene {
                                           : read_scene_text(path, text, override_list));
       const Scene scene = take_scene(std::move(reading), path, is_file);
       engine_ = take(make_engine(device, device_));
-      prepared_ = take(prepare_scene(scene, *engine_, cache, {memory_limit(), /*pictures=*/0}));
+      prepared_ = take(prepare_scene(scene, *engine_, {cache, {memory_limit(), /*pictures=*/0}}));
     });
   }
 
@@ -245,8 +245,9 @@ class PythonScene {
       check(check_has_no_mesh_sequence(prepared_));
       Scene scene = prepared_.scene;
       scene.surface.resolution = std::min(scene.surface.resolution, kPlayResolution);
-      const PreparedScene prepared = take(prepare_scene(
-          scene, *engine_, cache_, {memory_limit(), /*pictures=*/0}, Fits::kMake, Sharing::kNone));
+      const PreparedScene prepared = take(
+          prepare_scene(scene, *engine_,
+                        {cache_, {memory_limit(), /*pictures=*/0}, Fits::kMake, Sharing::kNone}));
       page_ = encode_play_page(take(make_play_page(prepared, *engine_)));
     });
     return page_;

@@ -88,16 +88,19 @@ Result<Scene> make_scene(const Truth& truth, const TrueModel& from, const TrueMo
   return load_scene_text(truth.file, format_json(scene), overrides);
 }
 
-/// Measures this program's morph of a pair or, with `settings.meshes`, that of another program.
+/// Measures this program's morph of pair `pair` of `truth` or, with `settings.meshes`, that of
+/// another program.
 Result<Analysis> measure_pair(const BenchMorphSettings& settings, const Truth& truth,
-                              const TrueModel& from, const TrueModel& to, Engine& engine,
+                              std::size_t pair, Engine& engine,
                               const std::function<bool()>& keep_going) {
+  const TrueModel &from = truth.models[truth.pairs[pair].first],
+                  &to = truth.models[truth.pairs[pair].second];
   const AnalyzeProgress progress = [&](int, int) { return keep_going(); };
   std::vector<Analysis> morphs;
   if (settings.meshes.empty()) {
     PM_TRY(const Scene scene, make_scene(truth, from, to, settings.overrides));
     PM_TRY(const PreparedScene prepared,
-           prepare_scene(scene, engine, settings.cache, settings.memory));
+           prepare_scene(scene, engine, {settings.cache, settings.memory}));
     PM_TRY(morphs, analyze_scene(prepared, engine, settings.frames, progress, &truth));
   } else {
     std::string pattern = settings.meshes;
@@ -135,9 +138,8 @@ Result<BenchMorphReport> bench_morph(const BenchMorphSettings& settings, Engine&
   BenchMorphReport report;
   std::vector<Row> rows;
   print(format_heading());
-  for (const auto& [from, to] : truth.pairs) {
-    PM_TRY(Analysis morph,
-           measure_pair(settings, truth, truth.models[from], truth.models[to], engine, keep_going));
+  for (std::size_t pair = 0; pair < truth.pairs.size(); ++pair) {
+    PM_TRY(Analysis morph, measure_pair(settings, truth, pair, engine, keep_going));
     rows.push_back(make_row(morph));
     print(format_row(morph.from + "-" + morph.to, rows.back()));
     report.morphs.push_back(std::move(morph));

@@ -152,9 +152,10 @@ class SequenceRun {
     }
     // Prepare the scene while the tracers open.
     begin_opening(devices);
-    PM_TRY(prepared_, prepare_scene(scene, *engine_, settings_.cache_folder,
-                                    {settings_.max_memory, picture_count},
-                                    settings_.dry_run ? Fits::kCached : Fits::kMake));
+    PM_TRY(prepared_, prepare_scene(scene, *engine_,
+                                    {settings_.cache_folder,
+                                     {settings_.max_memory, picture_count},
+                                     settings_.dry_run ? Fits::kCached : Fits::kMake}));
     for (const std::string& warning : prepared_.warnings) log_warning("{}", warning);
     if (settings_.strict && !prepared_.warnings.empty())
       return make_error(ErrorCode::kInput,

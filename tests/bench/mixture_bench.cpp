@@ -55,7 +55,7 @@ int run(const std::string& first, const std::string& second, const std::string& 
   auto scene = load_scene(folder / "scene.json");
   if (!scene.ok()) return stop(scene.error());
   const auto engine = make_cpu_engine();
-  auto prepared = prepare_scene(*scene, *engine, folder);
+  auto prepared = prepare_scene(*scene, *engine, {folder});
   if (!prepared.ok()) return stop(prepared.error());
   const ShapeSpace& space = *prepared->actors.front().space;
   const PreparedObject* ends[3] = {space.legs[0]->from.get(), space.legs[0]->to.get(),

@@ -43,7 +43,7 @@ class SceneTest : public FolderTest {
     return scene.ok() ? *scene : Scene{};
   }
   PreparedScene prepared_of(const std::string& chain) {
-    auto prepared = prepare_scene(scene_of(chain), *engine, shared_cache());
+    auto prepared = prepare_scene(scene_of(chain), *engine, {shared_cache()});
     EXPECT_TRUE(prepared.ok()) << prepared.error().message;
     return prepared.ok() ? std::move(*prepared) : PreparedScene{};
   }

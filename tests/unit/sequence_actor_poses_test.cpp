@@ -209,7 +209,7 @@ TEST_F(MovingEndsTest, PointsMoveWithThePoses) {
       R"("source": {"model": "a.####.obj", "loop": true},
          "target": {"model": "a.####.obj", "loop": true, "name": "b"})");
   scene.camera.shutter = 0.5f;
-  const auto made = prepare_scene(scene, *engine, shared_cache());
+  const auto made = prepare_scene(scene, *engine, {shared_cache()});
   ASSERT_TRUE(made.ok());
   const PreparedScene& prepared = *made;
   const auto geometry = geometry_at(prepared, *engine, 8);

@@ -100,7 +100,7 @@ TEST_F(ActorsTest, AlikeActorsShareObjectsAndLegs) {
     EXPECT_EQ(shared.actors[a].objects, shared.actors[0].objects) << a;
   }
   for (const std::size_t a : {3u, 4u}) EXPECT_NE(shared.actors[a].legs.front(), legs.front()) << a;
-  const auto alone = prepare_scene(shared.scene, *engine, {}, {}, Fits::kMake, Sharing::kNone);
+  const auto alone = prepare_scene(shared.scene, *engine, {{}, {}, Fits::kMake, Sharing::kNone});
   ASSERT_TRUE(alone.ok()) << alone.error().message;
   EXPECT_LT(4 * shared.memory.distances, 3 * alone->memory.distances);
   EXPECT_NEAR(length(shared.camera.position - alone->camera.position), 0, 1e-2);

@@ -210,7 +210,7 @@ TEST_F(FilmTest, ATurntableShowsOneFrameFromAllSides) {
     EXPECT_EQ(record.digest, report->frames[0].digest);
   EXPECT_FALSE(report->frames[0].digest.empty());
   EXPECT_NE(frame(1).pixels, frame(2).pixels);
-  const auto prepared = prepare_scene(scene, *engine, shared_cache());
+  const auto prepared = prepare_scene(scene, *engine, {shared_cache()});
   ASSERT_TRUE(prepared.ok());
   const Vec3 first = make_frame_view(*prepared, 1).camera.forward,
              third = make_frame_view(*prepared, 3).camera.forward;

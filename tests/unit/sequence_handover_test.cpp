@@ -20,7 +20,7 @@ Analysis analyzed(const std::string& name, std::vector<Override> overrides) {
   const auto scene = load_scene(source_dir() / "scenes/standard" / (name + ".json"), overrides);
   EXPECT_TRUE(scene.ok()) << scene.error().message;
   const auto engine = make_cpu_engine();
-  const auto prepared = prepare_scene(*scene, *engine, shared_cache());
+  const auto prepared = prepare_scene(*scene, *engine, {shared_cache()});
   EXPECT_TRUE(prepared.ok()) << prepared.error().message;
   const auto morphs = analyze_scene(*prepared, *engine, 9, [](int, int) { return true; });
   EXPECT_TRUE(morphs.ok());

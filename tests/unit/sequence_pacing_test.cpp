@@ -116,7 +116,7 @@ TEST_F(PacingTest, SurfacesBetweenTheObjectsAreInThePicture) {
 TEST_F(PacingTest, IsTheSameFromTheCache) {
   const Scene scene = scene_of(R"("source": "cube", "target": "torus", "frames": {"count": 12})");
   const auto pacing_of = [&](const std::filesystem::path& cache) {
-    const auto prepared = prepare_scene(scene, *engine, cache);
+    const auto prepared = prepare_scene(scene, *engine, {cache});
     const Leg& leg = *prepared->actors[0].legs[0];
     const std::vector<float>& levels = std::get<DistanceLeg>(leg.kind).levels;
     std::vector<float> all = leg.plan.pacing;

@@ -104,7 +104,7 @@ TEST_F(SequenceTest, ACreaseDecidesWhichEdgesAreSharp) {
 
 TEST_F(SequenceTest, TheHashKnowsEverythingThatDecidesPixels) {
   const auto hash = [&] {
-    const auto prepared = prepare_scene(scene, *make_cpu_engine(), shared_cache());
+    const auto prepared = prepare_scene(scene, *make_cpu_engine(), {shared_cache()});
     EXPECT_TRUE(prepared.ok());
     return prepared.ok() ? prepared->hashes.scene : "";
   };
@@ -144,14 +144,14 @@ TEST_F(SequenceTest, BallsEncloseTheModelsVolumeAndFramesGoEvenlyBetween) {
   const auto engine = make_cpu_engine();
   Scene fine = scene;  // 32 cells lose 2 % of the flat puddle; the fit is exact on its own lattice
   fine.surface.resolution = 128;
-  const auto exact = prepare_scene(fine, *engine, shared_cache());
+  const auto exact = prepare_scene(fine, *engine, {shared_cache()});
   ASSERT_TRUE(exact.ok()) << exact.error().message;
   for (const auto& object : exact->actors[0].objects) {
     const double solid = solid_volume(object->model, InsideTest(object->model));
     EXPECT_NEAR(object->ball_volume / solid, 1, 0.004) << object->name;
     EXPECT_NEAR(object->distances.volume / solid, 1, 0.03) << object->name;
   }
-  const auto prepared = prepare_scene(scene, *engine, shared_cache());
+  const auto prepared = prepare_scene(scene, *engine, {shared_cache()});
   ASSERT_TRUE(prepared.ok()) << prepared.error().message;
   for (int frame = 1; frame <= 14; ++frame) {
     const auto geometry = geometry_at(*prepared, *engine, frame);
@@ -357,7 +357,7 @@ TEST_F(SequenceTest, EveryFieldMorphsFromAClosedSurfaceToAnother) {
          {BoundaryMethod::kProject, BoundaryMethod::kBlend, BoundaryMethod::kCrossfade}) {
       scene.field.kind = kind;
       scene.boundary.method = boundary;
-      const auto prepared = prepare_scene(scene, *engine, shared_cache());
+      const auto prepared = prepare_scene(scene, *engine, {shared_cache()});
       ASSERT_TRUE(prepared.ok()) << prepared.error().message;
       for (const auto& object : prepared->actors[0].objects)
         EXPECT_NEAR(object->ball_volume / solid_volume(object->model, InsideTest(object->model)), 1,
@@ -392,7 +392,7 @@ TEST(Handover, IsWithinAThousandthOfTheModel) {
       scene.frames.count = 400;
       scene.actors[0].target.motion.interpolate = Interpolation::kBalls;
       const auto engine = make_cpu_engine();
-      const auto prepared = prepare_scene(scene, *engine, shared_cache());
+      const auto prepared = prepare_scene(scene, *engine, {shared_cache()});
       ASSERT_TRUE(prepared.ok()) << prepared.error().message;
       int last = 1;  // of the boundary stage
       while (morph_state_at(prepared->actors[0].timeline, last + 1).object == 0) ++last;

@@ -68,7 +68,7 @@ TEST_F(SmallSequence, EveryFieldAndBoundaryGivesClosedSurfaces) {
       const auto prepared =
           prepare_scene(scene({{"field.kind", fmt::format("\"{}\"", kind)},
                                {"boundary.method", fmt::format("\"{}\"", boundary)}}),
-                        *engine, shared_cache());
+                        *engine, {shared_cache()});
       ASSERT_TRUE(prepared.ok()) << prepared.error().message;
       for (const int frame : {2, 5}) {
         const auto geometry = geometry_at(*prepared, *engine, frame);
@@ -85,7 +85,7 @@ TEST_F(SmallSequence, EveryFieldAndBoundaryGivesClosedSurfaces) {
 
 TEST_F(SmallSequence, TheHandoverIsAsSmallAsItsBallsAllow) {
   const auto engine = make_cpu_engine();
-  const auto prepared = prepare_scene(scene(), *engine, shared_cache());
+  const auto prepared = prepare_scene(scene(), *engine, {shared_cache()});
   ASSERT_TRUE(prepared.ok()) << prepared.error().message;
   const auto morphs = analyze_scene(*prepared, *engine, 3, [](int, int) { return true; });
   ASSERT_TRUE(morphs.ok()) << morphs.error().message;
@@ -98,7 +98,7 @@ TEST_F(SmallSequence, LimbsBecomeLimbs) {
   const auto limbs = load_scene(source_dir() / "scenes/effects/limbs.json", small);
   ASSERT_TRUE(limbs.ok()) << limbs.error().message;
   const auto engine = make_cpu_engine();
-  const auto prepared = prepare_scene(coarse(*limbs), *engine, shared_cache());
+  const auto prepared = prepare_scene(coarse(*limbs), *engine, {shared_cache()});
   ASSERT_TRUE(prepared.ok()) << prepared.error().message;
   const auto morphs = analyze_scene(*prepared, *engine, 3, [](int, int) { return true; });
   ASSERT_TRUE(morphs.ok()) << morphs.error().message;

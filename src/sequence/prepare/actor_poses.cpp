@@ -183,23 +183,23 @@ Result<std::shared_ptr<const PreparedObject>> make_pose(ActorPoses& poses, std::
 }  // namespace
 
 std::shared_ptr<ActorPoses> make_poses(const Preparation& preparation, const ActorOutline& outline,
-                                       std::span<const ChainObject> objects,
-                                       const ObjectList& prepared, std::size_t first,
-                                       LoadedScene& loaded) {
+                                       std::span<const ChainObject> chain,
+                                       const ObjectList& prepared, LoadedScene& loaded) {
   if (outline.sequence || outline.timeline.playbacks.empty()) return nullptr;
   auto poses = std::make_shared<ActorPoses>();
   poses->scene = preparation.scene;
   poses->cache = preparation.cache;
   poses->settings = outline.settings;
   poses->label_names = outline.label_names;
-  for (std::size_t i = 0; i < objects.size(); ++i) {
+  for (std::size_t i = 0; i < prepared.size(); ++i) {
+    const std::size_t index = outline.first_object + i;
     MovingObject& object = poses->objects.emplace_back();
     std::vector<std::optional<PoseFit>>& fits = poses->fits.emplace_back();
-    object.sequence = loaded.sequences[first + i];
+    object.sequence = loaded.sequences[index];
     if (!object.sequence) continue;
     fits.resize(object.sequence->files.size());
-    object.settings = *objects[i].settings;
-    object.outermost = std::move(loaded.models[first + i].points);
+    object.settings = *chain[index].settings;
+    object.outermost = std::move(loaded.models[index].points);
     object.reference = prepared[i];
     object.bound = bind_balls(prepared[i]->model, prepared[i]->balls);
     object.edges = list_edges(prepared[i]->model);

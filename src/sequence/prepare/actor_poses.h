@@ -60,12 +60,11 @@ struct ActorPoses {
 };
 
 /// Sets up the poses of an actor; null if none of its objects is a mesh sequence in a morph.
-/// `objects`: the actor's chain; `prepared`: one per object; `first`: index in `loaded` of the
-/// first object. The outermost points are moved out of `loaded`.
+/// `chain`: chain_objects(scene); `prepared`: one per object of the actor. The outermost points are
+/// moved out of `loaded`.
 std::shared_ptr<ActorPoses> make_poses(const Preparation& preparation, const ActorOutline& outline,
-                                       std::span<const ChainObject> objects,
-                                       const ObjectList& prepared, std::size_t first,
-                                       LoadedScene& loaded);
+                                       std::span<const ChainObject> chain,
+                                       const ObjectList& prepared, LoadedScene& loaded);
 
 /// Returns an object of the actor's chain in its pose at a frame. Errors: kInput if its mesh cannot
 /// be shown or has no balls; the engine's.

@@ -66,12 +66,12 @@ void place_camera(PreparedScene& prepared) {
 }  // namespace
 
 Result<PreparedScene> prepare_scene(const Scene& scene, Engine& engine,
-                                    const std::filesystem::path& cache, const MemoryLimit& limit,
-                                    Fits fits, Sharing sharing) {
+                                    const PrepareSettings& settings) {
+  const MemoryLimit& limit = settings.limit;
   PreparedScene prepared;
   prepared.scene = scene;
   prepared.frame_count = frame_count(scene);
-  const Preparation preparation{scene, engine, cache, fits};
+  const Preparation preparation{scene, engine, settings.cache, settings.fits};
   // Resolve the actors' chains into one list, which all later stages use.
   const std::vector<ChainObject> chain = chain_objects(scene);
   // Reject model files that memory cannot hold, before any is read.
@@ -83,7 +83,7 @@ Result<PreparedScene> prepare_scene(const Scene& scene, Engine& engine,
   // Reject labels and landmarks that do not fit the models.
   PM_TRY(const std::vector<PlacedLandmarks> landmarks, check_scene(scene, chain, loaded));
   // Find the actors that can share the objects of others.
-  const std::vector<SharedActor> shared = sharing == Sharing::kAlike
+  const std::vector<SharedActor> shared = settings.sharing == Sharing::kAlike
                                               ? find_shared_actors(scene, chain, loaded)
                                               : unshared_actors(scene);
   // Reject a scene that memory cannot hold, before search trees, distances and surfaces are made.
@@ -98,22 +98,16 @@ Result<PreparedScene> prepare_scene(const Scene& scene, Engine& engine,
   prepared.hashes = hash_sequence({scene, chain, loaded.models, prepared.environment.get(),
                                    loaded.placements, loaded.sequences});
   // Outline each actor: its timeline, box, cells and labels.
-  PM_TRY(const std::vector<ActorOutline> outlines, outline_actors(scene, chain, loaded));
+  PM_TRY(const std::vector<ActorOutline> outlines, outline_actors(scene, chain, loaded, shared));
   for (const ActorOutline& outline : outlines) prepared.box = unite(prepared.box, outline.box);
   // Make the objects: balls, distances, colours, boundary stages.
   PM_TRY(const std::vector<ObjectList> objects,
-         make_objects(preparation, chain, loaded, landmarks, outlines, shared));
+         make_objects(preparation, chain, loaded, landmarks, outlines));
   // Make the legs: plans between the objects, pacing, balls in flight.
-  PM_TRY(prepared.actors, make_actors(preparation, outlines, objects, shared, prepared.warnings));
+  PM_TRY(prepared.actors, make_actors(preparation, outlines, objects, prepared.warnings));
   // Set up the poses of mesh sequences.
-  const std::vector<std::span<const ChainObject>> chains = actor_chains(chain);
-  std::size_t first = 0;
-  for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
-    const std::span<const ChainObject> actor_chain = chains[a];
-    prepared.actors[a].poses =
-        make_poses(preparation, outlines[a], actor_chain, objects[a], first, loaded);
-    first += actor_chain.size();
-  }
+  for (std::size_t a = 0; a < prepared.actors.size(); ++a)
+    prepared.actors[a].poses = make_poses(preparation, outlines[a], chain, objects[a], loaded);
   // Place the camera so that all objects and the surfaces between them are in the picture.
   place_camera(prepared);
   return prepared;

@@ -10,13 +10,17 @@
 
 namespace polymorph {
 
-/// Prepares a scene. `cache_folder`: folder of cache files; empty: none. With Fits::kCached the
-/// result serves only for estimates. With Sharing::kNone every actor's offset is zero. Errors:
-/// kInput for models and settings that cannot be used; kResource, also if the scene is estimated to
-/// need more than `limit`, which is checked once the models are read.
+/// Settings of a preparation that do not belong to the scene.
+struct PrepareSettings {
+  std::filesystem::path cache = {};  ///< folder of cache files; empty: none
+  MemoryLimit limit = {};
+  Fits fits = Fits::kMake;            ///< kCached: the result serves only for estimates
+  Sharing sharing = Sharing::kAlike;  ///< kNone: every actor's offset is zero
+};
+
+/// Prepares a scene. Errors: kInput for models and settings that cannot be used; kResource, also if
+/// the scene is estimated to need more than the limit, which is checked once the models are read.
 Result<PreparedScene> prepare_scene(const Scene& scene, Engine& engine,
-                                    const std::filesystem::path& cache_folder,
-                                    const MemoryLimit& limit = {}, Fits fits = Fits::kMake,
-                                    Sharing sharing = Sharing::kAlike);
+                                    const PrepareSettings& settings = {});
 
 }  // namespace polymorph

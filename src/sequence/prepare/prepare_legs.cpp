@@ -106,15 +106,14 @@ Status add_legs(const Preparation& preparation, const PlanSettings& settings, Pr
 Result<std::vector<PreparedActor>> make_actors(const Preparation& preparation,
                                                std::span<const ActorOutline> outlines,
                                                std::span<const ObjectList> objects,
-                                               std::span<const SharedActor> shared,
                                                std::vector<std::string>& warnings) {
   std::vector<PreparedActor> actors;
   actors.reserve(outlines.size());
   for (std::size_t a = 0; a < outlines.size(); ++a) {
-    PreparedActor& actor = actors.emplace_back(PreparedActor{
-        outlines[a], shared[a].offset, objects[a], /*legs=*/{}, /*space=*/{}, /*poses=*/{}});
-    if (shared[a].first != a) {
-      const PreparedActor& first = actors[shared[a].first];
+    PreparedActor& actor = actors.emplace_back(
+        PreparedActor{outlines[a], objects[a], /*legs=*/{}, /*space=*/{}, /*poses=*/{}});
+    if (actor.shared_actor != a) {
+      const PreparedActor& first = actors[actor.shared_actor];
       actor.objects = first.objects;
       actor.legs = first.legs;
       actor.settings = first.settings;

@@ -12,15 +12,13 @@
 
 namespace polymorph {
 
-/// Makes the actors with their legs from their outlines and objects. `shared`, one per actor, says
-/// which actors get the legs of an earlier one (assets/alike_actors.h). Appends a warning for each
-/// leg whose map is folded by landmarks (leg/map_fold.h). Errors: kInput if the plan names labels
+/// Makes the actors with their legs from their outlines and objects. Appends a warning for each leg
+/// whose map is folded by landmarks (leg/map_fold.h). Errors: kInput if the plan names labels
 /// that no object has, or a leg has no surface when the next leg takes over its balls; the
 /// engine's.
 Result<std::vector<PreparedActor>> make_actors(const Preparation& preparation,
                                                std::span<const ActorOutline> outlines,
                                                std::span<const ObjectList> objects,
-                                               std::span<const SharedActor> shared,
                                                std::vector<std::string>& warnings);
 
 /// Plans the morph between any two objects of the actor with the index `actor` in the scene, with

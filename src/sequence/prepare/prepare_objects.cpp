@@ -180,7 +180,8 @@ Status finish_object(const Preparation& preparation, const ObjectSettings& chose
 
 Result<std::vector<ActorOutline>> outline_actors(const Scene& scene,
                                                  std::span<const ChainObject> chain,
-                                                 const LoadedScene& loaded) {
+                                                 const LoadedScene& loaded,
+                                                 std::span<const SharedActor> shared) {
   std::vector<ActorOutline> outlines;
   // `models`: models of the actors that follow; `own`: models of this actor, from index `first` on.
   std::span<const Model> models = loaded.models;
@@ -188,7 +189,11 @@ Result<std::vector<ActorOutline>> outline_actors(const Scene& scene,
     const std::span<const Model> own = models.first(objects.size());
     models = models.subspan(objects.size());
     const std::size_t first = loaded.models.size() - models.size() - objects.size();
+    const auto& [shared_actor, offset] = shared[outlines.size()];
     ActorOutline& outline = outlines.emplace_back();
+    outline.first_object = first;
+    outline.shared_actor = shared_actor;
+    outline.offset = offset;
     if (plays_sequence_alone(*objects.front().actor)) outline.sequence = loaded.sequences[first];
     bool one_color = true;
     for (std::size_t i = first; !outline.sequence && i < first + own.size(); ++i)
@@ -214,8 +219,7 @@ Result<std::vector<ObjectList>> make_objects(const Preparation& preparation,
                                              std::span<const ChainObject> chain,
                                              LoadedScene& loaded,
                                              std::span<const PlacedLandmarks> landmarks,
-                                             std::span<const ActorOutline> outlines,
-                                             std::span<const SharedActor> shared) {
+                                             std::span<const ActorOutline> outlines) {
   if (std::any_of(chain.begin(), chain.end(), [&](const ChainObject& object) {
         const SphereSettings& spheres = object.settings->spheres;
         return spheres.coarse && is_fitted(preparation.scene, spheres) &&
@@ -227,14 +231,14 @@ Result<std::vector<ObjectList>> make_objects(const Preparation& preparation,
   std::size_t next = 0;
   for (std::size_t a = 0; a < outlines.size(); ++a)
     for (std::size_t i = 0; i <= outlines[a].timeline.legs.size(); ++i, ++next)
-      if (shared[a].first != a) loaded.models[next] = {};
+      if (outlines[a].shared_actor != a) loaded.models[next] = {};
   // List the objects to be made.
   std::vector<ObjectInMaking> all;
   next = 0;
   for (std::size_t a = 0; a < outlines.size(); ++a) {
     const ActorOutline& outline = outlines[a];
     for (std::size_t i = 0; i <= outline.timeline.legs.size(); ++i, ++next) {
-      if (shared[a].first != a) continue;  // has the objects of an earlier actor
+      if (outlines[a].shared_actor != a) continue;  // has the objects of an earlier actor
       const ObjectSettings& settings = *chain[next].settings;
       ObjectInMaking making{settings, outline.settings, leg_kinds(outline.timeline, i),
                             !outline.sequence};
@@ -258,8 +262,8 @@ Result<std::vector<ObjectList>> make_objects(const Preparation& preparation,
   std::vector<ObjectList> lists(outlines.size());
   auto making = all.begin();
   for (std::size_t a = 0; a < outlines.size(); ++a) {
-    if (shared[a].first != a) {
-      lists[a] = lists[shared[a].first];
+    if (outlines[a].shared_actor != a) {
+      lists[a] = lists[outlines[a].shared_actor];
       continue;
     }
     for (std::size_t i = 0; i <= outlines[a].timeline.legs.size(); ++i, ++making) {

@@ -29,21 +29,21 @@ struct Preparation {
 Status finish_object(const Preparation& preparation, const ObjectSettings& chosen,
                      const LegSettings& settings, LegKinds kinds, PreparedObject& object);
 
-/// Makes the outlines of all actors from the models of the chain. Errors: kInput if an actor's
-/// models have no extent.
+/// Makes the outlines of all actors from the models of the chain. `shared`: one per actor. Errors:
+/// kInput if an actor's models have no extent.
 Result<std::vector<ActorOutline>> outline_actors(const Scene& scene,
                                                  std::span<const ChainObject> chain,
-                                                 const LoadedScene& loaded);
+                                                 const LoadedScene& loaded,
+                                                 std::span<const SharedActor> shared);
 
 /// Makes the objects of each actor from the models of the chain, which are moved out of `loaded`,
 /// and their landmarks. Mesh sequences in a morph are in their reference poses
-/// (MeshSequence::reference). `shared`, one per actor, says which actors get the list of an earlier
-/// one. Errors: kInput if a model has no balls or encloses nothing; the engine's.
+/// (MeshSequence::reference). An actor that shares the objects of another gets its list. Errors:
+/// kInput if a model has no balls or encloses nothing; the engine's.
 Result<std::vector<ObjectList>> make_objects(const Preparation& preparation,
                                              std::span<const ChainObject> chain,
                                              LoadedScene& loaded,
                                              std::span<const PlacedLandmarks> landmarks,
-                                             std::span<const ActorOutline> outlines,
-                                             std::span<const SharedActor> shared);
+                                             std::span<const ActorOutline> outlines);
 
 }  // namespace polymorph

@@ -30,6 +30,11 @@ struct ActorOutline {
   std::vector<std::string> label_names;          ///< labels of all its objects, without repetition
   Box box;                                       ///< box around all its objects
   std::shared_ptr<const MeshSequence> sequence;  ///< meshes that it plays; null: it morphs
+  std::size_t first_object = 0;  ///< index of its first object in chain_objects(scene)
+  /// The actor whose objects and legs it shares (assets/alike_actors.h): its own index, unless an
+  /// earlier actor is alike.
+  std::size_t shared_actor = 0;
+  Vec3 offset;  ///< offset from the objects and legs of that actor to this actor in the scene
 };
 
 /// The objects of an actor.
@@ -37,9 +42,6 @@ using ObjectList = std::vector<std::shared_ptr<const PreparedObject>>;
 
 /// An actor with its objects and legs.
 struct PreparedActor : ActorOutline {
-  /// Offset from its objects and legs to the actor in the scene: zero unless it shares another
-  /// actor's objects and legs (assets/alike_actors.h).
-  Vec3 offset;
   /// The chain's objects, then the objects of balls in flight (make_flight_object()), one per leg
   /// that is left before its end. If the actor plays a mesh sequence, its object has only the
   /// outermost points of all meshes.
