@@ -118,18 +118,24 @@ Result<Digests> render(const BitTest& test, const Variant& variant) {
   return digests;
 }
 
+/// A frame of a variant, and the same frame of the base.
+struct FramePair {
+  int number = 0;
+  Image actual, base;
+  bool surfaces_equal = true;
+};
+
 /// Adds the description of a frame that differs from the base to `result`, with pictures if the
 /// settings have a budget for them.
-Status add_difference(const BitTest& test, int frame, const Image& actual, const Image& base,
-                      bool surfaces_equal, ReportCase& result) {
+Status add_difference(const BitTest& test, const FramePair& frame, ReportCase& result) {
   result.tolerance = zero_tolerance();
   result.tolerance.why = "the same build must give the same bits";
   PixelMaps maps;
-  result.comparison = compare_images(actual, base, result.tolerance, &maps);
-  result.message = fmt::format("frame {}: {}{}", frame, result.comparison->reason,
-                               surfaces_equal ? "" : "; its surface differs");
+  result.comparison = compare_images(frame.actual, frame.base, result.tolerance, &maps);
+  result.message = fmt::format("frame {}: {}{}", frame.number, result.comparison->reason,
+                               frame.surfaces_equal ? "" : "; its surface differs");
   if (!test.settings.pictures) return Ok{};
-  return add_pictures(result, actual, &base, maps, *test.settings.pictures);
+  return add_pictures(result, frame.actual, &frame.base, maps, *test.settings.pictures);
 }
 
 /// Renders one variant and compares its frames with those of the base, up to the first difference.
@@ -140,14 +146,15 @@ Result<ReportCase> test_variant(const BitTest& test, const Variant& variant, con
   result.name = variant.name;
   PM_TRY(const Digests digests, render(test, variant));
   for (const auto& frame_digest : digests) {
-    const int frame = frame_digest.first;
-    PM_TRY(const Image actual,
-           read_image(frame_path(frame_pattern(test.folder / variant.name), frame)));
-    PM_TRY(const Image expected,
-           read_image(frame_path(frame_pattern(test.folder / kBase.name), frame)));
-    const bool surfaces_equal = std::find(base.begin(), base.end(), frame_digest) != base.end();
-    if (surfaces_equal && pixel_digest(actual) == pixel_digest(expected)) continue;
-    PM_TRY_STATUS(add_difference(test, frame, actual, expected, surfaces_equal, result));
+    FramePair frame;
+    frame.number = frame_digest.first;
+    PM_TRY(frame.actual,
+           read_image(frame_path(frame_pattern(test.folder / variant.name), frame.number)));
+    PM_TRY(frame.base,
+           read_image(frame_path(frame_pattern(test.folder / kBase.name), frame.number)));
+    frame.surfaces_equal = std::find(base.begin(), base.end(), frame_digest) != base.end();
+    if (frame.surfaces_equal && pixel_digest(frame.actual) == pixel_digest(frame.base)) continue;
+    PM_TRY_STATUS(add_difference(test, frame, result));
     break;
   }
   result.verdict = result.passed() ? "same" : "differs";

@@ -28,16 +28,23 @@ void fail(View& view, std::string reason) {
   view.error = view.error_text.c_str();
 }
 
-/// Checks that `name` is one of the `count` names that `name_at` returns; an empty `name` becomes
-/// the default. Otherwise sets the view's error and returns false. `kind` is "display" or "view".
+/// Lists the `count` names that `name_at` returns.
 template <class NameAt>
-bool choose(View& view, const char* kind, std::string& name, const char* default_name, int count,
-            NameAt name_at) {
+std::vector<std::string> list_names(int count, NameAt name_at) {
+  std::vector<std::string> names;
+  for (int i = 0; i < count; ++i) names.emplace_back(name_at(i));
+  return names;
+}
+
+/// Checks that `name` is one of `names`; an empty `name` becomes the default. Otherwise sets the
+/// view's error and returns false. `kind` is "display" or "view".
+bool choose(View& view, const char* kind, std::string& name, const char* default_name,
+            const std::vector<std::string>& names) {
   if (name.empty()) name = default_name;
   std::string known;
-  for (int i = 0; i < count; ++i) {
-    if (name == name_at(i)) return true;
-    known += std::string(known.empty() ? "\"" : ", \"") + name_at(i) + "\"";
+  for (const std::string& other : names) {
+    if (name == other) return true;
+    known += (known.empty() ? "\"" : ", \"") + other + "\"";
   }
   fail(view, std::string("has no ") + kind + " \"" + name + "\" (known: " + known + ")");
   return false;
@@ -73,12 +80,12 @@ OCIO::ConstTransformRcPtr make_transform(const OCIO::ConstConfigRcPtr& config,
 /// Opens a view as polymorph_ocio_open() does; sets `view.processor` or the view's error.
 void open(const char* file, std::string display, std::string view_name, View& view) {
   const OCIO::ConstConfigRcPtr config = OCIO::Config::CreateFromFile(file);
-  if (!choose(view, "display", display, config->getDefaultDisplay(), config->getNumDisplays(),
-              [&](int i) { return config->getDisplay(i); }))
+  if (!choose(view, "display", display, config->getDefaultDisplay(),
+              list_names(config->getNumDisplays(), [&](int i) { return config->getDisplay(i); })))
     return;
   if (!choose(view, "view", view_name, config->getDefaultView(display.c_str()),
-              config->getNumViews(display.c_str()),
-              [&](int i) { return config->getView(display.c_str(), i); }))
+              list_names(config->getNumViews(display.c_str()),
+                         [&](int i) { return config->getView(display.c_str(), i); })))
     return;
   const OCIO::ConstTransformRcPtr transform = make_transform(config, display, view_name);
   if (!transform)
