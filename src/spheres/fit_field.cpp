@@ -310,26 +310,29 @@ void compute_half_gradients(const GroupBalls& group, PointTerms& at) {
   for (std::size_t c = 0; c < 3; ++c) at.half_gradient[c] = sums[c].total();
 }
 
-/// The balls near a group of points, and the other inputs of the points' rows.
-struct PointBalls {
-  const std::vector<FitBall>& all;
+/// Inputs of the rows of kLanes points of a group.
+struct RowInputs {
+  const std::vector<FitPoint>& points;
+  const std::vector<FitBall>& balls;
   const GroupBalls& group;
+  const PointTerms& terms;                            ///< values at the points
+  const std::vector<std::uint32_t> (&taken)[kLanes];  ///< list_balls() of `terms`
   double length;
   int parameters;  ///< per ball
 };
 
-/// Writes the per-point values of point p, whose values are in a lane of `terms`, to `rows`.
-/// Appends an entry for each of the balls `taken` to `entries`. Returns the point's cost.
-double add_row(std::size_t p, const FitPoint& point, const PointBalls& at, const PointTerms& terms,
-               std::size_t lane, const std::vector<std::uint32_t>& taken, FitRows& rows,
+/// Writes the per-point values of point p, whose values are in a lane of the inputs' terms, to
+/// `rows`. Appends an entry for each of the balls taken at the point to `entries`. Returns the
+/// point's cost.
+double add_row(const RowInputs& inputs, std::size_t p, std::size_t lane, FitRows& rows,
                GroupRows& entries) {
-  const auto& [all, group, length, parameters] = at;
+  const auto& [points, balls, group, terms, taken, length, parameters] = inputs;
   const double psi = terms.psi[lane];
   const Vector3d half_gradient(terms.half_gradient[0][lane], terms.half_gradient[1][lane],
                                terms.half_gradient[2][lane]);
   const double gradient_norm = 2 * half_gradient.norm();
   const double steepness = std::max(gradient_norm, 0.5 / length);
-  const Loss loss = compute_loss(point, psi, steepness, length);
+  const Loss loss = compute_loss(points[p], psi, steepness, length);
   const double scale = std::sqrt(loss.weight);
   rows.residuals[p] = scale * loss.difference;
   rows.psi[p] = psi;
@@ -340,13 +343,13 @@ double add_row(std::size_t p, const FitPoint& point, const PointBalls& at, const
   const std::size_t first_entry = entries.balls.size();
   const auto stride = static_cast<std::size_t>(parameters);
   if (scale > 0) {
-    entries.derivatives.resize((first_entry + taken.size()) * stride);
-    for (const std::uint32_t k : taken) {
+    entries.derivatives.resize((first_entry + taken[lane].size()) * stride);
+    for (const std::uint32_t k : taken[lane]) {
       const std::uint32_t index = group.indices[k];
       const BallTerms& values = terms.balls[k];
       Term term{values.q[lane], {values.u[0][lane], values.u[1][lane], values.u[2][lane]}, {}};
-      term.slope.noalias() = all[index].root.transpose() * term.u;
-      derive(term, all[index], gradient,
+      term.slope.noalias() = balls[index].root.transpose() * term.u;
+      derive(term, balls[index], gradient,
              std::span(entries.derivatives).subspan(entries.balls.size() * stride, stride));
       entries.balls.push_back(index);
       entries.weights.push_back(static_cast<float>(term.q));
@@ -394,8 +397,8 @@ void add_fit_rows(const std::vector<FitBall>& balls, const std::vector<FitPoint>
         entries.balls.reserve(kTypicalEntries * count);
         entries.weights.reserve(kTypicalEntries * count);
         entries.derivatives.reserve(kTypicalEntries * count * static_cast<std::size_t>(parameters));
-        const PointBalls inputs{balls, near, length, parameters};
         std::vector<std::uint32_t> taken[kLanes];
+        const RowInputs inputs{points, balls, near, terms, taken, length, parameters};
         double cost = 0;
         for (std::size_t i = 0; i < count; i += kLanes) {
           terms.set_points(at + i, std::min(kLanes, count - i));
@@ -404,8 +407,7 @@ void add_fit_rows(const std::vector<FitBall>& balls, const std::vector<FitPoint>
           compute_half_gradients(near, terms);
           list_balls(terms, taken);
           for (std::size_t k = 0; k < kLanes && i + k < count; ++k)
-            cost += add_row(g * kGroupSize + i + k, at[i + k], inputs, terms, k, taken[k], rows,
-                            entries);
+            cost += add_row(inputs, g * kGroupSize + i + k, k, rows, entries);
         }
         rows.group_costs[g] = cost;
       });

@@ -64,9 +64,7 @@ class ScalarTracer : public DeviceTracer {
         const auto row = static_cast<std::size_t>(y);
         for (int x = 0; x < job.image.width; ++x) {
           const std::size_t pixel = row * width + static_cast<std::size_t>(x);
-          if (!is_done[pixel])
-            trace_pixel(frame, x, static_cast<int>(y), &sums_[pixel * sums_per_pixel],
-                        centers_[pixel], row_stats[row]);
+          if (!is_done[pixel]) trace_pixel(frame, x, static_cast<int>(y), row_stats[row]);
         }
       });
       if (end == job.samples.end) break;
@@ -85,15 +83,19 @@ class ScalarTracer : public DeviceTracer {
   }
 
  private:
-  static void trace_pixel(const DeviceFrame& frame, int x, int y, PixelSum* sums, MeshHit& center,
-                          RayStats& stats) {
+  void trace_pixel(const DeviceFrame& frame, int x, int y, RayStats& stats) {
+    const auto pixel =
+        static_cast<std::size_t>(y) * static_cast<std::size_t>(frame.camera.size.width) +
+        static_cast<std::size_t>(x);
+    MeshHit& center = centers_[pixel];
     const bool continues = frame.noise > 0 && frame.first_sample > 0;
     if (frame.finds_centers && !continues) center = find_center(frame, x, y, stats);
     std::vector<PathLight> path_lights;
     for (int s = frame.first_sample; s < frame.end_sample; ++s)
       path_lights.push_back(trace_sample(frame, x, y, static_cast<std::uint32_t>(s),
                                          shows_motion(frame, center), stats));
-    sum_samples(path_lights.data(), frame.first_sample, frame.end_sample, continues, sums);
+    sum_samples(path_lights.data(), frame.first_sample, frame.end_sample, continues,
+                &sums_[pixel * static_cast<std::size_t>(frame.node_count)]);
   }
 
   std::vector<PixelSum> sums_;

@@ -108,12 +108,19 @@ PM_HD Vec2Of<ComponentOf<T3>> encode_octahedral(T3 d) {
           select(upper, y, copysign(1.0f - abs(x), y))};
 }
 
+/// Indices of four adjacent entries of a table.
+template <class I>
+struct TableCell {
+  I upper_left, upper_right, lower_left, lower_right;
+};
+template <class I>
+TableCell(I, I, I, I) -> TableCell<I>;
 /// Interpolates between four adjacent entries of a table of vectors.
 template <class T3, class I>
-PM_HD T3 bilinear(const Vec3* table, I upper_left, I upper_right, I lower_left, I lower_right,
-                  ComponentOf<T3> fx, ComponentOf<T3> fy) {
-  return lerp(lerp(gather(table, upper_left), gather(table, upper_right), fx),
-              lerp(gather(table, lower_left), gather(table, lower_right), fx), fy);
+PM_HD T3 bilinear(const Vec3* table, const TableCell<I>& cell, ComponentOf<T3> fx,
+                  ComponentOf<T3> fy) {
+  return lerp(lerp(gather(table, cell.upper_left), gather(table, cell.upper_right), fx),
+              lerp(gather(table, cell.lower_left), gather(table, cell.lower_right), fx), fy);
 }
 
 /// Looks up the radiance from a direction, interpolated bilinearly.
@@ -131,9 +138,9 @@ PM_HD_CALL T3 sky_radiance(const SkyTables& sky, const T3& direction) {
   const auto left = right - 1;
   const auto column = left + zero_unless(left < 0, sky.width),
              next = right - zero_unless(right >= sky.width, sky.width);
-  return bilinear<T3>(sky.texels, row * sky.width + column, row * sky.width + next,
-                      next_row * sky.width + column, next_row * sky.width + next,
-                      x - to_float(left), y - to_float(row));
+  const TableCell cell{row * sky.width + column, row * sky.width + next,
+                       next_row * sky.width + column, next_row * sky.width + next};
+  return bilinear<T3>(sky.texels, cell, x - to_float(left), y - to_float(row));
 }
 
 /// Returns the pdf of sample_bright_sky(), per solid angle.
@@ -158,8 +165,8 @@ PM_HD_CALL T3 sky_irradiance(const SkyTables& sky, const T3& normal) {
   const auto column = min(truncate(x), kIrradianceCells - 1);
   const auto row = min(truncate(y), kIrradianceCells - 1);
   const auto node = row * kNodes + column;
-  return bilinear<T3>(sky.irradiance, node, node + 1, node + kNodes, node + kNodes + 1,
-                      x - to_float(column), y - to_float(row));
+  const TableCell cell{node, node + 1, node + kNodes, node + kNodes + 1};
+  return bilinear<T3>(sky.irradiance, cell, x - to_float(column), y - to_float(row));
 }
 
 /// A radiance as the sum of its calm and its bright part.

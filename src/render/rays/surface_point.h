@@ -35,17 +35,18 @@ PM_HD T3 bend_to_valid_reflection(T3 shading, T3 normal, T3 view) {
 
 /// Moves a point of a flat triangle onto the smooth surface that its vertex normals describe
 /// (Hanika 2021, "Hacking the shadow terminator"); this avoids a faceted terminator on coarse
-/// meshes. `side`: 1 or -1, the sign that turns the normals `n` to the ray's side.
+/// meshes. `position`: the point of `hit`; `side`: 1 or -1, the sign that turns the normals `n` to
+/// the ray's side.
 template <class T3>
-PM_HD T3 lift(T3 position, const CornersOf<T3>& p, const CornersOf<T3>& n, ComponentOf<T3> u,
-              ComponentOf<T3> v, ComponentOf<T3> side) {
+PM_HD T3 lift(T3 position, const CornersOf<T3>& p, const CornersOf<T3>& n,
+              const MeshHitOf<ComponentOf<T3>>& hit, ComponentOf<T3> side) {
   using V = ComponentOf<T3>;
   const auto displacement = [&](T3 vertex, T3 normal, V weight) {
     const V below = min(side * dot(position - vertex, normal), 0.0f);
     return normal * (-below * side * weight);
   };
-  return position + displacement(p.a, n.a, 1.0f - u - v) + displacement(p.b, n.b, u) +
-         displacement(p.c, n.c, v);
+  return position + displacement(p.a, n.a, 1.0f - hit.u - hit.v) + displacement(p.b, n.b, hit.u) +
+         displacement(p.c, n.c, hit.v);
 }
 
 /// Makes the surface point of a hit. `p`: corners; `n`: shading normals, 0 if the triangle has
@@ -74,7 +75,7 @@ PM_HD SurfacePointOf<T3> make_surface_point(const CornersOf<T3>& p, const Corner
     const V normal_sign = copysign(broadcast<V>(1), dot(smooth, point.normal));
     const T3 bent = bend_to_valid_reflection(smooth * normal_sign, point.normal, view);
     point.shading = select(has_smooth, bent, point.shading);
-    const T3 lifted = lift(point.position, p, n, hit.u, hit.v, normal_sign);
+    const T3 lifted = lift(point.position, p, n, hit, normal_sign);
     point.lifted = select(has_smooth, lifted, point.lifted);
   }
   return point;
