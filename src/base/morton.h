@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include "base/box.h"
 
@@ -29,6 +32,19 @@ inline std::uint64_t morton_key(Vec3 p, const Box& box) {
   };
   return interleave_zeros(cell(p.x, box.low.x)) | interleave_zeros(cell(p.y, box.low.y)) << 1 |
          interleave_zeros(cell(p.z, box.low.z)) << 2;
+}
+
+/// Sorts points by their Morton keys in the box, equal ones by index. Returns their indices.
+inline std::vector<std::uint32_t> sort_by_morton_key(std::span<const Vec3> points, const Box& box) {
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> keys;
+  keys.reserve(points.size());
+  for (const Vec3 p : points)
+    keys.emplace_back(morton_key(p, box), static_cast<std::uint32_t>(keys.size()));
+  std::sort(keys.begin(), keys.end());
+  std::vector<std::uint32_t> order;
+  order.reserve(keys.size());
+  for (const auto& [key, index] : keys) order.push_back(index);
+  return order;
 }
 
 }  // namespace polymorph

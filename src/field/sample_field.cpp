@@ -6,7 +6,6 @@
 #include <numeric>
 #include <optional>
 #include <span>
-#include <tuple>
 #include <utility>
 
 #include "base/activity.h"
@@ -111,12 +110,7 @@ Result<std::vector<float>> sample_field(Engine& engine, const BallSet& balls,
     // Checks all balls, because the runs below may leave out a bad one.
     PM_TRY_STATUS(to_status(engine.sample(balls, /*points=*/{}, settings, no_values)));
     // In Morton order, consecutive points are close to each other.
-    const Box box = bounding_box(points);
-    std::vector<std::uint64_t> keys;
-    for (const Vec3& point : points) keys.push_back(morton_key(point, box));
-    std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-      return std::tie(keys[a], a) < std::tie(keys[b], b);
-    });
+    order = sort_by_morton_key(points, bounding_box(points));
     std::vector<std::uint32_t> all(balls.size());
     std::iota(all.begin(), all.end(), 0u);
     PM_TRY_STATUS(

@@ -129,12 +129,9 @@ Projection project_model(const Model& model, const InsideTest& inside,
   const std::vector<std::uint8_t> boundary =
       find_boundary(model, normals, inside, /*step=*/2e-4f * size);
   // In Morton order, consecutive points have the same balls nearby.
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> order(model.points.size());
-  for (std::size_t i = 0; i < order.size(); ++i)
-    order[i] = {morton_key(model.points[i], box), static_cast<std::uint32_t>(i)};
-  std::sort(order.begin(), order.end());
-  std::vector<Vec3> sorted(order.size());
-  for (std::size_t i = 0; i < order.size(); ++i) sorted[i] = model.points[order[i].second];
+  const std::vector<std::uint32_t> order = sort_by_morton_key(model.points, box);
+  std::vector<Vec3> sorted;
+  for (const std::uint32_t i : order) sorted.push_back(model.points[i]);
 
   // Points inside the solid stay, so projections start as the model's points and normals.
   Projection projection;
@@ -142,7 +139,7 @@ Projection project_model(const Model& model, const InsideTest& inside,
   projection.normals = normals;
   for_each_near(balls, sorted, max_distance, [&](std::size_t begin, std::size_t end, auto list) {
     for (std::size_t k = begin; k < end; ++k) {
-      const std::size_t i = order[k].second;
+      const std::size_t i = order[k];
       if (!boundary[i]) continue;
       const std::optional<Vec3> along_normal =
           root_along(balls, list, model.points[i], normals[i], max_distance);

@@ -1,8 +1,5 @@
 #include "mesh/sample_surface.h"
 
-#include <algorithm>
-#include <numeric>
-
 #include "base/morton.h"
 #include "base/random.h"
 #include "kernels/linear.h"
@@ -11,19 +8,11 @@ namespace polymorph {
 namespace {
 
 std::vector<std::uint32_t> morton_order(MeshView mesh) {
-  const Box box = mesh.box();
-  std::vector<std::uint64_t> keys(mesh.triangles.size());
-  for (std::size_t t = 0; t < keys.size(); ++t) {
-    const auto& v = mesh.triangles[t].v;
-    const Vec3 middle = (mesh.points[v[0]] + mesh.points[v[1]] + mesh.points[v[2]]) / 3;
-    keys[t] = morton_key(middle, box);
-  }
-  std::vector<std::uint32_t> order(keys.size());
-  std::iota(order.begin(), order.end(), 0u);
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return keys[a] != keys[b] ? keys[a] < keys[b] : a < b;
-  });
-  return order;
+  std::vector<Vec3> middles;
+  middles.reserve(mesh.triangles.size());
+  for (const auto& [v] : mesh.triangles)
+    middles.push_back((mesh.points[v[0]] + mesh.points[v[1]] + mesh.points[v[2]]) / 3);
+  return sort_by_morton_key(middles, mesh.box());
 }
 
 }  // namespace

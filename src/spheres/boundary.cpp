@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <nanoflann.hpp>
-#include <numeric>
 
 #include "base/morton.h"
 #include "base/parallel.h"
@@ -159,16 +158,11 @@ std::vector<BoundarySample> sample_boundary(const Model& model, const InsideTest
     const std::size_t larger_count = std::min(count * count / samples.size(), 8 * count);
     samples = select_boundary(sample_surface(model, larger_count), inside, diagonal);
   }
-  std::vector<std::uint64_t> keys(samples.size());
-  for (std::size_t i = 0; i < keys.size(); ++i) keys[i] = morton_key(samples[i].point, box);
-  std::vector<std::uint32_t> order(samples.size());
-  std::iota(order.begin(), order.end(), 0u);
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return keys[a] != keys[b] ? keys[a] < keys[b] : a < b;
-  });
+  std::vector<Vec3> points;
+  for (const BoundarySample& sample : samples) points.push_back(sample.point);
   std::vector<BoundarySample> sorted;
   sorted.reserve(samples.size());
-  for (const std::uint32_t i : order) sorted.push_back(samples[i]);
+  for (const std::uint32_t i : sort_by_morton_key(points, box)) sorted.push_back(samples[i]);
   measure_balls(sorted, diagonal);
   shrink_to_walls(sorted, model, inside);
   return sorted;
