@@ -143,7 +143,7 @@ TEST(Coarsen, LeavesTheShapeAndItsTopology) {
     for (const Triangle& t : before.triangles)
       mean += length(before.positions[t.v[0]] - before.positions[t.v[1]]);
     mean /= static_cast<float>(before.triangles.size());
-    coarsen(after.positions, after.triangles, {2.5f * mean, deviation});
+    coarsen({{&after.positions}, after.triangles}, {2.5f * mean, deviation});
     EXPECT_LT(after.triangles.size(), before.triangles.size());
     const MeshReport was = check_mesh(before), is = check_mesh(after);
     EXPECT_TRUE(is.is_manifold());
@@ -156,6 +156,67 @@ TEST(Coarsen, LeavesTheShapeAndItsTopology) {
         ASSERT_LE(length(after.positions[t.v[k]] - after.positions[t.v[(k + 1) % 3]]),
                   1.5f * 2.5f * mean * 1.5f);
   }
+}
+
+TEST(Coarsen, KeepsEachShapeWithinTheDeviation) {
+  // The second shape is a ball that is rough where x > 0: there no edge may be collapsed.
+  const Mesh ball = shape("sphere");
+  std::vector<Vec3> smooth = ball.positions, rough = ball.positions;
+  const float deviation = 0.01f;
+  for (std::size_t i = 0; i < rough.size(); ++i)
+    if (rough[i].x > 0)
+      rough[i] = rough[i] + ball.normals[i] * (0.02f * static_cast<float>(i * i % 11));
+  std::vector<Triangle> triangles = ball.triangles;
+  std::vector<float> deviations(smooth.size(), 0.0f);
+  for (std::size_t i = 0; i < deviations.size(); ++i)
+    if (smooth[i].z > 0.3f) deviations[i] = 2 * deviation;  // spent: no collapses here either
+  const std::vector<float> first_deviations = deviations;
+  const std::vector<std::uint32_t> new_index =
+      coarsen({{&smooth, &rough}, triangles, &deviations}, {0.3f, deviation});
+  ASSERT_EQ(new_index.size(), ball.positions.size());
+  ASSERT_EQ(rough.size(), smooth.size());
+  ASSERT_EQ(deviations.size(), smooth.size());
+  EXPECT_LT(smooth.size(), ball.positions.size());
+  std::vector<int> merged(smooth.size(), 0);
+  for (const std::uint32_t i : new_index) ++merged[i];
+  for (std::size_t i = 0; i < new_index.size(); ++i) {
+    const Vec3 p = ball.positions[i];
+    if (merged[new_index[i]] > 1) {
+      EXPECT_LT(p.x, 0.2f) << "a rough part has been coarsened";
+      EXPECT_LE(p.z, 0.3f) << "a part without allowance has been coarsened";
+      EXPECT_GT(deviations[new_index[i]], 0.0f);
+      EXPECT_LE(deviations[new_index[i]], deviation);
+    } else {
+      EXPECT_EQ(smooth[new_index[i]], p);
+      EXPECT_EQ(deviations[new_index[i]], first_deviations[i]);
+    }
+  }
+  // The smooth shape is within the sum of what its collapses may do.
+  const CarryMeasure m = CarryMeter(make_carry_target(ball), 0.05f).measure(smooth, triangles);
+  EXPECT_EQ(m.fault.inverted, 0u);
+  EXPECT_LE(m.fault.distance, 0.05f);
+}
+
+TEST(Coarsen, RemovesChosenTrianglesWhereTheRestIsAccepted) {
+  // One point is pushed across an opposite edge of its fan, which inverts triangles.
+  const Mesh ball = shape("sphere");
+  const CarryTarget target = make_carry_target(ball);
+  std::vector<Vec3> points = ball.positions;
+  std::vector<Triangle> triangles = ball.triangles;
+  const Triangle t = triangles[triangles.size() / 2];
+  const Vec3 edge_middle = (points[t.v[1]] + points[t.v[2]]) * 0.5f;
+  points[t.v[0]] = points[t.v[0]] + (edge_middle - points[t.v[0]]) * 1.3f;
+  const CarryMeasure before = CarryMeter(target, 0.1f).measure(points, triangles);
+  ASSERT_GT(before.inverted.size(), 0u);
+  const std::function<bool(Vec3, Vec3, Vec3)> faces_outwards = [](Vec3 a, Vec3 b, Vec3 c) {
+    return dot(cross(b - a, c - a), a + b + c) > 0;
+  };
+  coarsen({{&points}, triangles}, {/*edge=*/1, /*deviation=*/0, &faces_outwards, before.inverted});
+  EXPECT_LT(triangles.size(), ball.triangles.size());
+  EXPECT_GE(triangles.size() + 4 * before.inverted.size(), ball.triangles.size());
+  EXPECT_EQ(CarryMeter(target, 0.1f).measure(points, triangles).inverted.size(), 0u);
+  Mesh mesh{points, {}, triangles};
+  EXPECT_TRUE(check_mesh(mesh).is_manifold());
 }
 
 /// Raises a bump on a sphere at its point of largest x.
@@ -172,7 +233,7 @@ TEST(MapPatches, LaysAPatchOverABumpAndBisectsIt) {
   const CarryTarget target = make_carry_target(with_bump(ball, 0.8f));
   std::vector<Vec3> points = ball.positions;
   std::vector<Triangle> triangles = ball.triangles;
-  coarsen(points, triangles, {0.15f, 0.02f});
+  coarsen({{&points}, triangles}, {0.15f, 0.02f});
   const float limit = 0.03f;
   const CarryMeasure before = CarryMeter(target, limit).measure(points, triangles);
   ASSERT_GT(before.fault.distance, 10 * limit);
@@ -182,6 +243,20 @@ TEST(MapPatches, LaysAPatchOverABumpAndBisectsIt) {
   const std::size_t old_count = points.size();
   PatchMesh mesh{points, triangles};
   const PatchSettings settings{3, 0.5f * limit, 0.3f, 100000};
+  // Told to end, it begins no patch, or no bisection.
+  for (const int patches : {0, 1}) {
+    std::vector<Vec3> moved = points;
+    std::vector<Triangle> divided = triangles;
+    PatchMesh unfinished{moved, divided};
+    int calls = 0;
+    const std::function<bool()> keep_going = [&] { return ++calls <= patches; };
+    PatchSettings stopped = settings;
+    stopped.keep_going = &keep_going;
+    EXPECT_EQ(map_patches(unfinished, seeds, stopped, target, before.mesh_near),
+              static_cast<std::size_t>(patches));
+    EXPECT_TRUE(unfinished.halved.empty());
+    EXPECT_EQ(moved == points, patches == 0);
+  }
   ASSERT_GE(map_patches(mesh, seeds, settings, target, before.mesh_near), 1u);
   EXPECT_EQ(points.size(), old_count + mesh.halved.size());
   EXPECT_GT(mesh.halved.size(), 0u);
@@ -294,6 +369,41 @@ TEST(Carry, FaultsHoldAtTimesThatWereMeasuredBeforeDivisions) {
     EXPECT_LE(fresh.distance, settings.limit * 1.02f) << "time " << k;
     EXPECT_EQ(carried->faults[k].inverted, 0u) << "time " << k;
     EXPECT_LE(carried->faults[k].distance, settings.limit) << "time " << k;
+  }
+}
+
+TEST(Carry, CollapsesTrianglesWhereTheSurfaceShrinks) {
+  // A ball shrinks, so that its edges become shorter than a cell.
+  const Mesh ball = shape("sphere");
+  MovingSurface surface;
+  surface.at = [&](float time) -> Result<CarryTarget> {
+    Mesh mesh = ball;
+    for (Vec3& p : mesh.positions) p = p * time;
+    return make_carry_target(std::move(mesh));
+  };
+  surface.flow = [](std::span<const Vec3> points, float from,
+                    float to) -> Result<std::vector<Vec3>> {
+    std::vector<Vec3> moved;
+    for (const Vec3 p : points) moved.push_back(p * (to / from));
+    return moved;
+  };
+  const std::vector<float> times = {1, 0.3f, 0.28f};
+  CarrySettings settings;
+  settings.limit = 0.02f;
+  settings.cell = 0.15f;
+  const auto first = carry(surface, std::span(times).first(1), 0, settings);
+  const auto carried = carry(surface, times, 0, settings);
+  ASSERT_TRUE(first.ok() && carried.ok());
+  EXPECT_LT(carried->triangles.size(), first->triangles.size());
+  for (std::size_t k = 0; k < times.size(); ++k) {
+    const CarryTarget target = *surface.at(times[k]);
+    const CarryFault fresh =
+        CarryMeter(target, settings.limit).measure(carried->points[k], carried->triangles).fault;
+    EXPECT_EQ(fresh.inverted, 0u) << "time " << k;
+    EXPECT_LE(fresh.distance, settings.limit) << "time " << k;
+    // Distances up to 0.8 of the limit are only bounded, by different numbers.
+    EXPECT_LE(fresh.distance, 1.02f * std::max(carried->faults[k].distance, 0.8f * settings.limit))
+        << "time " << k << ": not measured after the last collapse";
   }
 }
 

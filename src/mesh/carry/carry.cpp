@@ -27,7 +27,11 @@ constexpr float kSmallBadness = 4;
 /// The work ends at a time where the mesh stays further from the surface than this, in limits.
 constexpr float kHopeless = 3;
 /// Lengths of the carried mesh's edges, in cells: minimum at the start, maximum in mapped patches.
-constexpr float kFirstEdge = 2, kMappedEdge = 2;
+constexpr float kFirstEdge = 3, kMappedEdge = 2;
+/// Collapses at later times: maximum length of the edges, in cells, and what they may deviate in
+/// all, in limits. Points of triangles that are further than kCriticalAbove limits from the surface
+/// take no part.
+constexpr float kCollapsedEdge = 1.6f, kCollapseDeviation = 0.25f, kCriticalAbove = 0.8f;
 
 float longest_edge(std::span<const Vec3> points, const Triangle& t) {
   return std::max({length(points[t.v[1]] - points[t.v[0]]), length(points[t.v[2]] - points[t.v[1]]),
@@ -73,6 +77,8 @@ class Carrier {
   std::string stage_name(const char* work, std::size_t k) const {
     return fmt::format("{} {} at time {} of {}", work, settings_.name, k + 1, times_.size());
   }
+  bool collapse(std::size_t k, const CoarsenSettings& settings);
+  bool collapse_inverted(std::size_t k, const CarryTarget& target, const CarryMeasure& m);
   Status step(std::size_t from, std::size_t to);
   Status advance(Points& points, float from, float to, const CarryTarget& target, int depth,
                  std::vector<std::uint32_t>& near);
@@ -107,12 +113,16 @@ class Carrier {
     CarryFault fault;
     std::size_t points = 0;           ///< number of points; bisections have added others since then
     std::vector<std::uint32_t> near;  ///< nearest triangle of the surface, per present point
+    bool is_changed = false;          ///< collapses have changed the mesh since it was measured
   };
   std::vector<State> states_;
   std::optional<std::size_t> hopeless_;  ///< index of the time at which the work ended early
   std::optional<CarryMeter> meter_;      ///< measures at the current time
   Status status_ = Ok{};
   const std::function<bool()> keep_going_ = [this] { return keep_going(); };
+  /// Deviation per point that collapses have caused (CoarsenedMesh); infinite where the mesh is
+  /// near the limit at some time.
+  std::vector<float> deviations_;
   std::vector<float> residual_;  ///< distance of each point from the surface at the start of a step
 };
 
@@ -197,6 +207,11 @@ void Carrier::halve_at_other_times(std::size_t k, const Halved& halved) {
 
 /// Stores the measurement of the mesh at time `k`.
 void Carrier::set_state(std::size_t k, CarryMeasure m) {
+  deviations_.resize(points_[k].size(), 0.0f);
+  for (std::uint32_t f = 0; f < triangles_.size(); ++f)
+    if (m.triangle_distance[f] > kCriticalAbove * settings_.limit)
+      for (const std::uint32_t v : triangles_[f].v)
+        deviations_[v] = std::numeric_limits<float>::infinity();
   states_[k] = {m.fault, points_[k].size(), std::move(m.near)};
 }
 
@@ -300,11 +315,11 @@ bool Carrier::map_patches(std::size_t k, const CarryTarget& target, CarryMeasure
     PatchMesh mesh{points, triangles};
     const PatchSettings patch_settings{rings, /*deviation=*/0.5f * settings_.limit,
                                        kMappedEdge * settings_.cell,
-                                       may_divide ? settings_.max_triangles : 0};
+                                       may_divide ? settings_.max_triangles : 0, &keep_going_};
     const std::size_t patches =
         polymorph::map_patches(mesh, seeds, patch_settings, target, m.mesh_near);
-    if (patches == 0) continue;
     if (!keep_going()) return is_divided;
+    if (patches == 0) continue;
     const Fans fans(points.size(), triangles);
     const auto old_count = static_cast<std::uint32_t>(points_[k].size());
     CarryMeasure after = measure_repaired({points, triangles, fans, &keep_going_}, target);
@@ -378,6 +393,7 @@ void Carrier::finish(std::size_t k, const CarryTarget& target) {
   std::vector<Points> best_points;
   std::vector<Triangle> best_triangles;
   std::vector<State> best_states;
+  std::vector<float> best_deviations;
   CarryMeasure best;
   best.badness = best.fault.distance = std::numeric_limits<float>::infinity();
   int idle_rounds = 0;
@@ -413,10 +429,18 @@ void Carrier::finish(std::size_t k, const CarryTarget& target) {
       triangles_ = std::move(best_triangles);
       states_ = std::move(best_states);
       fans_ = Fans(points_[k].size(), triangles_);
+      deviations_ = std::move(best_deviations);
       return set_state(k, best);
     }
-    if (is_better(m, best))
+    if (is_better(m, best)) {
       best = m, best_points = points_, best_triangles = triangles_, best_states = states_;
+      best_deviations = deviations_;
+    }
+    if (round + 1 >= kMovesAlone && collapse_inverted(k, target, m)) {
+      last.near = states_[k].near;
+      new_triangles.clear();
+      continue;
+    }
     const std::size_t old_count = points.size();
     divide(k, coarse);
     new_triangles.clear();
@@ -494,9 +518,48 @@ Status Carrier::improve_without_division(std::size_t k, const CarryTarget& targe
   return Ok{};
 }
 
+/// Collapses edges at all times alike; `settings` refer to the mesh at time `k`. Returns whether it
+/// has changed.
+bool Carrier::collapse(std::size_t k, const CoarsenSettings& settings) {
+  deviations_.resize(points_[k].size(), 0.0f);
+  CoarsenedMesh mesh{{&points_[k]}, triangles_, &deviations_};
+  for (std::size_t other = 0; other < points_.size(); ++other)
+    if (other != k && !points_[other].empty()) mesh.shapes.push_back(&points_[other]);
+  const std::size_t old_count = points_[k].size();
+  const std::vector<std::uint32_t> new_index = coarsen(mesh, settings);
+  if (points_[k].size() == old_count) return false;
+  log_debug("time {}: {} of {} points remain", k, points_[k].size(), old_count);
+  fans_ = Fans(points_[k].size(), triangles_);
+  for (std::size_t time = 0; time < points_.size(); ++time) {
+    if (points_[time].empty()) continue;
+    State& state = states_[time];
+    state.is_changed = true;
+    std::vector<std::uint32_t> near(points_[time].size(), ClosestPoint::kNoTriangle);
+    for (std::size_t i = 0; i < state.near.size(); ++i) near[new_index[i]] = state.near[i];
+    state.near = std::move(near);
+  }
+  return true;
+}
+
+/// Collapses edges of the inverted triangles at time `k`, which `m` measures, where no other
+/// triangle is inverted by that. Returns whether the mesh has changed.
+bool Carrier::collapse_inverted(std::size_t k, const CarryTarget& target, const CarryMeasure& m) {
+  if (m.inverted.empty()) return false;
+  states_[k].near = m.near;
+  const std::function<bool(Vec3, Vec3, Vec3)> accepts = [&](Vec3 a, Vec3 b, Vec3 c) {
+    const Vec3 middle = (a + b + c) / 3, normal = cross(b - a, c - a);
+    const ClosestPoint hit = target.tree->closest(middle);
+    return dot(normal, face_normal_at(target, middle, hit, normal)) > 0;
+  };
+  return collapse(k, {kMappedEdge * settings_.cell, kCollapseDeviation * settings_.limit, &accepts,
+                      m.inverted});
+}
+
 /// Carries the mesh from one time (index) to the next or previous one.
 Status Carrier::step(std::size_t from, std::size_t to) {
   const Activity activity(stage_name("carrying", to));
+  // Where the surface shrinks, triangles would otherwise become ever smaller, and fold.
+  collapse(from, {kCollapsedEdge * settings_.cell, kCollapseDeviation * settings_.limit});
   residual_.assign(points_[from].size(), 0.0f);
   PM_TRY(const CarryTarget target, surface_.at(times_[to]));
   Points points = points_[from];
@@ -517,7 +580,7 @@ Status Carrier::run(std::size_t start) {
   PM_TRY(const CarryTarget target, surface_.at(times_[start]));
   triangles_ = target.surface.triangles;
   points_[start] = target.surface.positions;
-  coarsen(points_[start], triangles_,
+  coarsen({{&points_[start]}, triangles_},
           {kFirstEdge * settings_.cell, /*deviation=*/0.3f * settings_.limit});
   log_debug("{} of {} triangles", triangles_.size(), target.surface.triangles.size());
   fans_ = Fans(points_[start].size(), triangles_);
@@ -547,6 +610,13 @@ Result<CarriedMesh> Carrier::result() {
       const Activity activity(stage_name("checking", k));
       if (!is_good(states_[k].fault)) {
         broken.push_back(k);
+      } else if (states_[k].is_changed) {
+        PM_TRY(const CarryTarget target, surface_.at(times_[k]));
+        meter_.emplace(target, settings_.limit);
+        set_state(k, measure(points_[k], states_[k].near));
+        log_debug("time {}: {:.2f} of the limit after collapses, {} inverted", k,
+                  states_[k].fault.distance / settings_.limit, states_[k].fault.inverted);
+        if (!is_good(states_[k].fault)) broken.push_back(k);
       } else if (states_[k].points < points_[k].size()) {  // new halves may be inverted
         PM_TRY(const CarryTarget target, surface_.at(times_[k]));
         if (!is_good_after_divisions(k, target)) broken.push_back(k);
@@ -561,7 +631,9 @@ Result<CarriedMesh> Carrier::result() {
       const std::size_t old_count = triangles_.size();
       finish(k, target);
       PM_TRY_STATUS(status_);
-      is_divided |= triangles_.size() > old_count;
+      is_divided |= triangles_.size() != old_count ||
+                    std::any_of(states_.begin(), states_.end(),
+                                [](const State& state) { return state.is_changed; });
     }
   }
   CarriedMesh carried;

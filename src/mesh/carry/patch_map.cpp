@@ -320,6 +320,10 @@ bool untangle(FlatPatch& patch, std::span<const Triangle> triangles) {
                      [&](std::uint32_t f) { return quality(f) > 0; });
 }
 
+bool may_go_on(const PatchSettings& settings) {
+  return !settings.keep_going || (*settings.keep_going)();
+}
+
 /// Bisects inner triangles of a placed patch until they are near the surface that they stand for.
 void divide_patch(PatchMesh& mesh, FlatPatch& patch, const FlatDisk& flat,
                   const PatchSettings& settings) {
@@ -339,7 +343,7 @@ void divide_patch(PatchMesh& mesh, FlatPatch& patch, const FlatDisk& flat,
                                    patch.faces[patch.disk.index[t.v[*corners.begin()]]]);
     return length(point_at(flat, at) - middle / n) <= settings.deviation;
   };
-  for (int round = 0; round < kMaxRounds; ++round) {
+  for (int round = 0; round < kMaxRounds && may_go_on(settings); ++round) {
     std::vector<std::uint32_t> chosen;
     for (std::uint32_t f = 0; f < mesh.triangles.size(); ++f) {
       const Triangle& t = mesh.triangles[f];
@@ -468,7 +472,8 @@ std::size_t map_patches(PatchMesh& mesh, std::span<const std::uint32_t> seeds,
   grow(triangles, point_count, settings.rings, is_near_seed);
   const FlaggedComponents patches = find_components(neighbours, is_near_seed, /*value=*/1);
   std::vector<std::pair<FlatDisk, FlatPatch>> mapped;
-  for (std::uint32_t component = 1; component < patches.size.size(); ++component) {
+  for (std::uint32_t component = 1; component < patches.size.size() && may_go_on(settings);
+       ++component) {
     Flags is_selected(triangles.size(), 0);
     for (std::size_t f = 0; f < is_selected.size(); ++f)
       is_selected[f] = patches.number[f] == component;

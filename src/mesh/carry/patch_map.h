@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -25,6 +26,9 @@ struct PatchSettings {
   /// the surface that they stand for, or have longer edges than `longest_edge`.
   float deviation = 0, longest_edge = 0;
   std::size_t max_triangles = 0;  ///< approximate: no bisection begins that would exceed it
+  /// Called before each patch and before each round of bisections, unless it is null; map_patches()
+  /// ends once it returns false.
+  const std::function<bool()>* keep_going = nullptr;
 };
 
 /// Maps the patches around the triangles `seeds` onto the regions of the target's surface that are
