@@ -175,7 +175,7 @@ CarryMeasure Carrier::place_on_surface(Points& points, const CarryTarget& target
     m = measure(points, near);
     if (!keep_going() || is_done(m.fault)) return m;
     if (m.fault.distance < kImproveAbove * settings_.limit || step + 1 == steps) break;
-    pull_towards_misses(view(points), target, m.misses, m.near);
+    pull_towards_misses(view(points), target, m.misses, kDoneBelow * settings_.limit, m.near);
     near = std::move(m.near);
   }
   // Measure again only if repair() has moved points.
@@ -385,7 +385,8 @@ void Carrier::divide(std::size_t k, std::vector<std::uint32_t> chosen) {
 void Carrier::finish(std::size_t k, const CarryTarget& target) {
   // Maximum numbers of rounds: in all, before inverted triangles are divided, and without progress.
   constexpr int kRounds = 20, kMovesAlone = 2, kMaxIdle = 4;
-  constexpr float kSmallest = 0.1f;  // in limits; inverted triangles without a longer edge stay
+  constexpr float kMinBridge = 0.3f;  // edge over distance of triangles at creases
+  constexpr float kSmallest = 0.1f;   // in limits; inverted triangles without a longer edge stay
   std::vector<std::uint32_t> new_triangles;
   CarryMeasure last;
   last.near = states_[k].near;
@@ -408,6 +409,13 @@ void Carrier::finish(std::size_t k, const CarryTarget& target) {
       if (m.triangle_distance[f] > kImproveAbove * settings_.limit &&
           longest_edge(points, triangles_[f]) > 1.5f * m.triangle_distance[f])
         coarse.push_back(f);
+    // Small triangles at a crease, or at the rim of a thin sheet, are divided only if there is
+    // nothing else to do.
+    if (coarse.empty() && m.inverted.empty())
+      for (std::uint32_t f = 0; f < triangles_.size(); ++f)
+        if (m.triangle_distance[f] > kDoneBelow * settings_.limit &&
+            longest_edge(points, triangles_[f]) > kMinBridge * m.triangle_distance[f])
+          coarse.push_back(f);
     // Triangles that stay inverted after moves alone may be too large for the ridge or groove that
     // they lie on.
     if (round >= kMovesAlone)
@@ -502,7 +510,7 @@ Status Carrier::improve_without_division(std::size_t k, const CarryTarget& targe
       std::vector<std::uint32_t> near = m.near;
       move_onto_surface(view(points), target, /*relax=*/0, near);
       if (m.fault.distance > settings_.limit)
-        pull_towards_misses(view(points), target, m.misses, near);
+        pull_towards_misses(view(points), target, m.misses, kDoneBelow * settings_.limit, near);
       keep_better(std::move(points));
     } else if (attempt == 2) {
       map_patches(k, target, m, /*may_divide=*/false);

@@ -199,6 +199,32 @@ void move_stuck_point(const MovedMesh& mesh, const CarryTarget& target,
   }
 }
 
+/// Moves a point towards `to`, if the triangles around it then agree with the surface at their
+/// middles. The walls of a crease face across it, and not as the surface does at their corners.
+bool move_into_crease(const MovedMesh& mesh, const CarryTarget& target, std::uint32_t v, Vec3 to,
+                      std::uint32_t hint) {
+  const auto min_quality_at = [&](Vec3 at) {
+    float result = 1;
+    for (const std::uint32_t f : mesh.fans.around(v)) {
+      const Triangle& t = mesh.triangles[f];
+      Vec3 p[3];
+      for (int k = 0; k < 3; ++k) p[k] = t.v[k] == v ? at : mesh.points[t.v[k]];
+      result =
+          std::min(result, triangle_quality(p[0], p[1], p[2],
+                                            fit_to_surface(p[0], p[1], p[2], target, hint).normal));
+    }
+    return result;
+  };
+  const Vec3 from = mesh.points[v];
+  const float before = std::min(min_quality_at(from), kMinQuality);
+  for (const float step : {1.0f, 0.5f, 0.25f})
+    if (const Vec3 at = lerp(from, to, step); min_quality_at(at) >= before) {
+      mesh.points[v] = at;
+      return true;
+    }
+  return false;
+}
+
 /// Adds `rings` rings of neighbours to a list of points; sorts it and removes duplicates.
 void add_rings(std::vector<std::uint32_t>& points, const MovedMesh& mesh, int rings) {
   for (int r = 0;; ++r) {
@@ -340,7 +366,8 @@ void spread_points(const MovedMesh& mesh, const CarryTarget& target,
 }
 
 void pull_towards_misses(const MovedMesh& mesh, const CarryTarget& target,
-                         std::vector<Deviation::Listed> misses, std::vector<std::uint32_t>& near) {
+                         std::vector<Deviation::Listed> misses, float large_miss,
+                         std::vector<std::uint32_t>& near) {
   std::stable_sort(misses.begin(), misses.end(),
                    [](const auto& a, const auto& b) { return a.distance > b.distance; });
   const SurfaceProjection foot = project_onto_surface(mesh.points, target, near);
@@ -354,13 +381,19 @@ void pull_towards_misses(const MovedMesh& mesh, const CarryTarget& target,
       return length(mesh.points[a] - miss.point) < length(mesh.points[b] - miss.point);
     });
     // Move the nearest corner that can move, unless it was moved to a larger miss before.
-    for (const std::uint32_t v : order) {
-      if (is_moved[v]) break;
-      if (mover.move(v, miss.point)) {
-        is_moved[v] = 1;
-        break;
+    const auto pull = [&](const auto& try_move) {
+      for (const std::uint32_t v : order) {
+        if (is_moved[v]) return true;
+        if (try_move(v)) {
+          is_moved[v] = 1;
+          return true;
+        }
       }
-    }
+      return false;
+    };
+    if (pull([&](std::uint32_t v) { return mover.move(v, miss.point); })) continue;
+    if (miss.distance > large_miss)
+      pull([&](std::uint32_t v) { return move_into_crease(mesh, target, v, miss.point, near[v]); });
   }
 }
 

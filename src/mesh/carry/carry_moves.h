@@ -57,8 +57,10 @@ void spread_points(const MovedMesh& mesh, const CarryTarget& target,
                    int rings);
 
 /// Moves points towards `misses` (CarryMeasure::misses): corners and ridges of the surface, which
-/// projection never reaches.
+/// projection never reaches. Misses beyond `large_miss` also draw points into creases
+/// and to the rims of thin sheets.
 void pull_towards_misses(const MovedMesh& mesh, const CarryTarget& target,
-                         std::vector<Deviation::Listed> misses, std::vector<std::uint32_t>& near);
+                         std::vector<Deviation::Listed> misses, float large_miss,
+                         std::vector<std::uint32_t>& near);
 
 }  // namespace polymorph
