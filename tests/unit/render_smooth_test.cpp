@@ -139,6 +139,37 @@ TEST(Smooth, BitsAreTheSameEverywhere) {
   EXPECT_EQ(pixel_digest(film), "71bd2b78a2bc4ca3b27782f9fa15685b");
 }
 
+TEST(Smooth, BitsAreTheSameForRowsOfAnyLength) {
+  // Two objects, a jump of depth, stripes, and nothing behind them.
+  const auto id = [](int x, int y) { return y < 12 ? 0.0f : x + y < 45 ? 2.0f : 3.0f; };
+  const auto stripes = [](int x, int) { return x / 6 % 3 == 0 ? 0.3f : 0.6f; };
+  Image wall = noisy_wall(stripes, id, 0.5f);
+  for (int y = 25; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x) wall.at(x, y, 4) = 7;
+  const auto smooth_parts = [](const Image& whole) {
+    std::vector<std::string> digests;
+    for (const auto& [width, height] : {std::pair{1, 1}, {7, 5}, {8, 30}, {9, 17}, {60, 40}}) {
+      Image film = make_image(width, height, whole.channels);
+      for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+          for (int c = 0; c < 12; ++c) film.at(x, y, c) = whole.at(x, y + kHeight - height, c);
+      smooth_noise(film);
+      digests.push_back(pixel_digest(film));
+    }
+    return digests;
+  };
+  const std::vector<std::string> digests = smooth_parts(wall);
+  EXPECT_EQ(digests, (std::vector<std::string>{
+                         "983acddb1cfd59aa381b896519400986", "94f27844228b294d68ccf80d4f9aa8dc",
+                         "abfad0a208cc4181a1fb338e7884e053", "f99239f21f6621efd5f2485817afd5e4",
+                         "5c70d1c79bb06d76f2c9d129f744cf9e"}));
+  // What an earlier film left in memory does not matter.
+  Image other = wall;
+  for (float& value : other.pixels) value = -1e30f;
+  smooth_parts(other);
+  EXPECT_EQ(smooth_parts(wall), digests);
+}
+
 TEST(Smooth, ARenderedImageComesNearToOneOfManySamples) {
   const BallOnFloor stage;
   RenderSettings settings = small_settings(2);
