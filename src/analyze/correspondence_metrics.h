@@ -7,12 +7,10 @@
 
 namespace polymorph {
 
-/// Appends points, plan_within_5, plan_within_10, plan_error, map_within_5, map_within_10,
-/// map_error, map_geodesic, true_facing, facing, registration and pose_step, from the members of
-/// `ends`.
+/// Appends the metrics of corresponding points, of facing and of poses, from the members of `ends`.
 void add_correspondence_metrics(const MorphEnds& ends, Analysis& analysis);
 
-/// Appends hull_dip, floating, sinking and distortion, from the measures of the frames.
+/// Appends the metrics of hulls, of the ground and of distortion, from the measures of the frames.
 void add_body_metrics(Analysis& analysis);
 
 }  // namespace polymorph

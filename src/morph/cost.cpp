@@ -83,8 +83,8 @@ CostSide make_cost_side(const PlanSide& object, FieldKind kind, std::vector<doub
            [&](std::size_t i) { return static_cast<double>(features.linearity[i]); });
   add_axis(feature_weight,
            [&](std::size_t i) { return static_cast<double>(features.planarity[i]); });
-  // Terms that do not rotate with the object would hide what a rotation gains. They follow here, so
-  // that the search for a rotation ignores them.
+  // What the user pins follows, so that the search for a rotation ignores it (it would hide what a
+  // rotation gains), and plans by limbs keep it.
   side.outside_rotation = side.values.size();
   for (const Vec3& landmark : object.landmarks)
     add_axis(static_cast<double>(settings.weights.landmark), [&](std::size_t i) {

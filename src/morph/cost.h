@@ -25,7 +25,7 @@ struct CostSide {
   static constexpr std::size_t kRotatingAxes = 6;
   std::vector<double> mass;          ///< one per ball; sums to 1
   std::vector<std::int32_t> labels;  ///< one per ball; kNoLabel: none
-  /// values[axis][ball]. Axes 0 to 2: position, with the object's RMS size as unit; 3 to 5: outward
+  /// values[axis][ball]. Axes 0 to 2: position, in coordinates of a Normalization; 3 to 5: outward
   /// direction (morph/features.h); then the other terms of make_cost_side(). Each is multiplied by
   /// the square root of its weight; positions have the weight 1. The sides that limb_cost_sides()
   /// makes have other axes.
@@ -47,11 +47,12 @@ struct Normalization {
 Normalization fit_normalization(const std::vector<Ball>& balls, std::span<const double> mass);
 
 /// Computes the feature vectors of an object's balls. `mass`: one per ball, with sum 1.
+/// `normalization`: the object's own, or one that both objects share (AlignMethod::kNone).
 CostSide make_cost_side(const PlanSide& object, FieldKind kind, std::vector<double> mass,
                         const Normalization& normalization, const PlanSettings& settings);
 
-/// Rotates a side's positions and outward directions about the origin, which is the object's
-/// centre.
+/// Rotates a side's positions and outward directions about the origin, which is the object's centre
+/// if its normalization is its own.
 CostSide rotate_side(const CostSide& side, const Mat3& rotation);
 
 /// Computes the costs of pairing ball `from` of `a` with every ball of `b`. Adds `label_cost` where

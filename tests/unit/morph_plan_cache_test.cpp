@@ -8,6 +8,7 @@
 #include "base/cache_file.h"
 #include "base/hash.h"
 #include "morph/plan.h"
+#include "testing/figure.h"
 #include "testing/model.h"
 #include "testing/morph.h"
 
@@ -121,11 +122,7 @@ TEST(PlanCache, KeepsTheCurvesOfLimbs) {
 /// Where this fails although plans are meant to have changed: raise kPlanVersion, and put the new
 /// digests here. Else files of an older program would be taken for this one's.
 TEST(PlanCache, TheVersionBelongsToThesePlans) {
-  const auto digest = [](PlanMethod method, AlignMethod align) {
-    PlanSettings settings;
-    settings.method = method;
-    settings.align = align;
-    const PlanSide from{line_of(40, 0.8f), {}, {}, {}}, to{line_of(55, -0.5f), {}, {}, {}};
+  const auto digest = [](const PlanSide& from, const PlanSide& to, const PlanSettings& settings) {
     const MorphPlan plan = plan_morph(from, to, FieldKind::kGaussian, settings);
     Hasher hasher;
     for (const Pair& pair : plan.pairs)
@@ -137,12 +134,33 @@ TEST(PlanCache, TheVersionBelongsToThesePlans) {
         hasher.add(plan.alignment.rotation.at(row, column));
     return hasher.hex();
   };
+  const auto digest_of_lines = [&](PlanMethod method, AlignMethod align) {
+    PlanSettings settings;
+    settings.method = method;
+    settings.align = align;
+    return digest({line_of(40, 0.8f), {}, {}, {}}, {line_of(55, -0.5f), {}, {}, {}}, settings);
+  };
   EXPECT_EQ(kPlanVersion, 9u);
-  EXPECT_EQ(digest(PlanMethod::kIndex, AlignMethod::kNone), "19a09e2d90cc5629bf1b8e82aec93e72");
-  EXPECT_EQ(digest(PlanMethod::kNearest, AlignMethod::kNone), "c098e4c87eedf9eb291087ac604f028d");
-  EXPECT_EQ(digest(PlanMethod::kTransport, AlignMethod::kNone), "2955f7dab2266c66dc12d25b4e2c6102");
-  EXPECT_EQ(digest(PlanMethod::kTransport, AlignMethod::kSimilarity),
+  EXPECT_EQ(digest_of_lines(PlanMethod::kIndex, AlignMethod::kNone),
+            "19a09e2d90cc5629bf1b8e82aec93e72");
+  EXPECT_EQ(digest_of_lines(PlanMethod::kNearest, AlignMethod::kNone),
+            "c098e4c87eedf9eb291087ac604f028d");
+  EXPECT_EQ(digest_of_lines(PlanMethod::kTransport, AlignMethod::kNone),
+            "2955f7dab2266c66dc12d25b4e2c6102");
+  EXPECT_EQ(digest_of_lines(PlanMethod::kTransport, AlignMethod::kSimilarity),
             "eabee0fa17e8a01593c6e4225e01519c");
+  // A rotation that is found.
+  const PlanSide turned{moved(bar(), exp_rotation({0, 0.9, 0.4}), 1.2, {0.1, 0, 0}), {}, {}, {}};
+  EXPECT_EQ(digest({bar(), {}, {}, {}}, turned, {}), "99a058bc63573231839c86587a2c3bde");
+  // Limbs, without landmarks and with some.
+  PlanSide hanging{figure(-0.9f), {}, {}, {}}, raised{figure(1.0f), {}, {}, {}};
+  EXPECT_EQ(digest(hanging, raised, {}), "a4ca7c83bcf9e33febcbe5b5736b0974");
+  for (PlanSide* side : {&hanging, &raised})
+    side->landmarks = {side->balls.front().center, side->balls.back().center};
+  EXPECT_EQ(digest(hanging, raised, {}), "37514eb6bb45c78c6669e5985bf4d549");
+  const Creature small = creature(0.5f, 0.3f, 4), large = creature(0.9f, 0.8f, 6);
+  EXPECT_EQ(digest({small.balls, small.labels, {}}, {large.balls, large.labels, {}}, {}),
+            "681b740a6388e5522101fb403ad768c8");
 }
 
 }  // namespace
