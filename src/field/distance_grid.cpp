@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/array3.h"
+#include "base/large_pages.h"
 #include "base/parallel.h"
 #include "base/result.h"
 #include "field/thin_parts.h"
@@ -253,7 +254,7 @@ Grid make_distance_grid(const Box& box, float cell) {
 
 std::vector<float> evaluate_spline(const SmoothDistances& smooth, const Grid& fine) {
   const Int3 n = fine.points, nodes = smooth.grid.points;
-  std::vector<float> values(array3_count(n));
+  auto values = make_large_vector<float>(array3_count(n));
   // The three coefficients that contribute to a point, along one axis, and their weights.
   struct Axis {
     int at[3];  // indices, clamped to the coarse grid

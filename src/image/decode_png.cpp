@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "base/large_pages.h"
 #include "base/parallel.h"
 #include "image/byte_order.h"
 #include "image/color_description.h"
@@ -222,7 +223,7 @@ void decode(const std::string& bytes, std::uint64_t max_bytes, PngImage& image) 
     return;
   }
   const std::size_t stride = width * channels * static_cast<std::size_t>(bits / 8);
-  image.samples.resize(stride * height);
+  image.samples = make_large_vector<png_byte>(stride * height);
   for (std::size_t y = 0; y < height; ++y) image.rows.push_back(&image.samples[y * stride]);
   if (!read_pixels(h, image)) return;
   copy_texts(h.png, h.info, image);

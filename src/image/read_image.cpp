@@ -2,6 +2,7 @@
 #include <array>
 
 #include "base/file.h"
+#include "base/large_pages.h"
 #include "base/memory.h"
 #include "base/parallel.h"
 #include "base/text.h"
@@ -122,8 +123,8 @@ Image to_image(const PmOiioImage& decoded, const ReadImageSettings& settings) {
   image.width = decoded.width;
   image.height = decoded.height;
   for (const Source& source : sources) image.channels.push_back(source.name);
-  image.pixels.resize(static_cast<std::size_t>(image.width) *
-                      static_cast<std::size_t>(image.height) * sources.size());
+  image.pixels = make_large_vector<float>(static_cast<std::size_t>(image.width) *
+                                          static_cast<std::size_t>(image.height) * sources.size());
   const int alpha = image.find_channel("A");
   const auto colors = std::count_if(sources.begin(), sources.end(),
                                     [](const Source& s) { return channel_rank(s.name) < 3; });

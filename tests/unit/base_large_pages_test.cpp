@@ -1,0 +1,51 @@
+#include "base/large_pages.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+namespace polymorph {
+namespace {
+
+/// Tests whether the system may use large pages for this address: the flag "hg" of its mapping.
+bool has_large_pages(const void* address) {
+  std::ifstream file("/proc/self/smaps");
+  bool is_inside = false;
+  for (std::string line; std::getline(file, line);) {
+    std::uint64_t begin = 0, end = 0;
+    char dash = 0;
+    std::istringstream range(line);
+    if (range >> std::hex >> begin >> dash >> end && dash == '-') {
+      const auto at = reinterpret_cast<std::uintptr_t>(address);
+      is_inside = begin <= at && at < end;
+    }
+    if (is_inside && line.starts_with("VmFlags:")) return line.find(" hg") != std::string::npos;
+  }
+  return false;
+}
+
+TEST(LargePages, AVectorOfThemHoldsZeros) {
+  for (const std::size_t count : {std::size_t{0}, std::size_t{1}, std::size_t{5} << 20}) {
+    const auto values = make_large_vector<float>(count);
+    EXPECT_EQ(values.size(), count);
+    EXPECT_TRUE(std::all_of(values.begin(), values.end(), [](float v) { return v == 0; }));
+  }
+}
+
+TEST(LargePages, AreRequestedInsideLargeArraysOnly) {
+  if (!std::filesystem::exists("/sys/kernel/mm/transparent_hugepage/enabled"))
+    GTEST_SKIP() << "this system has no large pages";
+  constexpr std::size_t kBytes = std::size_t{64} << 20;
+  const auto large = make_large_vector<char>(kBytes);
+  EXPECT_TRUE(has_large_pages(large.data() + kBytes / 2));
+  const auto small = make_large_vector<char>(std::size_t{1} << 20);
+  EXPECT_FALSE(has_large_pages(small.data() + small.size() / 2));
+}
+
+}  // namespace
+}  // namespace polymorph
