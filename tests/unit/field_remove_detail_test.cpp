@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/array3.h"
 #include "field/thinness.h"
 #include "testing/field.h"
 
@@ -66,6 +67,30 @@ TEST(RemoveDetail, TakesFurrowsFromTheBodyAndLeavesTheLimb) {
     EXPECT_LT(at(smooth, {x, 0.2f, 0}), 0);
   }
   EXPECT_LE(smooth.lipschitz, object.distances.lipschitz + 0.1f);
+}
+
+TEST(RemoveDetail, MixesByTheThinnessAtEveryPoint) {
+  const Object object = make_object(0.05f);
+  const Grid& grid = object.distances.grid;
+  // Thin points in two far corners, on cells that are no multiple of the distances' cells.
+  DistanceGrid thinness{{grid.origin - Vec3{0.3f, 0.3f, 0.3f}, 0.13f, {47, 30, 30}}, {}, 1};
+  thinness.values.assign(array3_count(thinness.grid.points), 0.0f);
+  const DistanceGrid smooth = remove_detail(object.distances, object.spline, thinness, kBodySize);
+  for (const Int3 thin : {Int3{5, 4, 6}, Int3{6, 4, 6}, Int3{36, 22, 20}})
+    thinness.values[array3_index(thinness.grid.points, thin.x, thin.y, thin.z)] = 0.4f;
+  const DistanceGrid mixed = remove_detail(object.distances, object.spline, thinness, kBodySize);
+  int thin_count = 0;
+  for (int z = 1; z + 1 < grid.points.z; ++z)
+    for (int y = 1; y + 1 < grid.points.y; ++y)
+      for (int x = 1; x + 1 < grid.points.x; ++x) {
+        const std::size_t i = array3_index(grid.points, x, y, z);
+        const float weight = std::clamp(2 * at(thinness, grid_point(grid, {x, y, z})), 0.0f, 1.0f);
+        thin_count += weight > 0;
+        const float expected =
+            smooth.values[i] + weight * (object.distances.values[i] - smooth.values[i]);
+        ASSERT_NEAR(mixed.values[i], expected, 1e-5f) << x << " " << y << " " << z;
+      }
+  EXPECT_GT(thin_count, 100);
 }
 
 TEST(RemoveDetail, HardlyDependsOnTheCells) {
