@@ -23,14 +23,15 @@ struct CacheKind {
   std::uint32_t version;       ///< version of the file's layout
 };
 
-/// The kinds: balls fitted to models, signed distances of objects, pacings of legs (leg/pacing.h)
-/// and correspondences between objects.
+/// The kinds: balls fitted to models, signed distances of objects, their colour volumes, pacings of
+/// legs (leg/pacing.h) and correspondences between objects.
 inline constexpr CacheKind kSphereFiles = {"spheres", ".spheres", "polymorph spheres\n", 3};
 inline constexpr CacheKind kDistanceFiles = {"distances", ".distances", "polymorph distances\n", 2};
+inline constexpr CacheKind kColorFiles = {"colours", ".colors", "polymorph colors\n", 1};
 inline constexpr CacheKind kPacingFiles = {"paces", ".pacing", "polymorph pacing\n", 2};
 inline constexpr CacheKind kPlanFiles = {"plans", ".plan", "polymorph plan\n", 3};
-inline constexpr const CacheKind* kCacheKinds[] = {&kSphereFiles, &kDistanceFiles, &kPacingFiles,
-                                                   &kPlanFiles};
+inline constexpr const CacheKind* kCacheKinds[] = {&kSphereFiles, &kDistanceFiles, &kColorFiles,
+                                                   &kPacingFiles, &kPlanFiles};
 
 /// Path of the cache file with this key: FOLDER/KEY.EXTENSION.
 std::filesystem::path cache_path(const std::filesystem::path& folder, const std::string& key,

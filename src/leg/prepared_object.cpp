@@ -5,6 +5,7 @@
 
 #include "base/activity.h"
 #include "base/log.h"
+#include "model/color_cache.h"
 #include "model/transfer.h"
 
 namespace polymorph {
@@ -29,7 +30,8 @@ Result<ObjectDistances> measure_distances(const PreparedObject& object,
   return distances;
 }
 
-void prepare_transfer(PreparedObject& object, bool with_colors) {
+void prepare_transfer(PreparedObject& object, bool with_colors,
+                      const std::filesystem::path& cache) {
   object.outer = object.closest;
   object.charts = find_texture_charts(object.model);
   std::vector<FaceSide> sides = object.distances.sides;
@@ -38,7 +40,8 @@ void prepare_transfer(PreparedObject& object, bool with_colors) {
   if (outer.size() < sides.size())
     object.outer = std::make_shared<const ClosestPointQuery>(object.model, outer);
   if (with_colors)
-    object.colors = std::make_shared<const ColorVolume>(make_color_volume(object.model, sides));
+    object.colors =
+        std::make_shared<const ColorVolume>(load_or_make_color_volume(object.model, sides, cache));
 }
 
 std::vector<std::uint32_t> label_numbers(const std::vector<std::string>& names,

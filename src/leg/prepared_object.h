@@ -72,8 +72,8 @@ Result<ObjectDistances> measure_distances(const PreparedObject& object,
 
 /// Sets the members with which the object's colours are transferred to a surface: `outer`, `charts`
 /// and, if `with_colors`, `colors`. Faces inside the solid are left out if `distances.sides` is
-/// known.
-void prepare_transfer(PreparedObject& object, bool with_colors);
+/// known. Colours are read and written in the cache, unless that is empty.
+void prepare_transfer(PreparedObject& object, bool with_colors, const std::filesystem::path& cache);
 
 /// Returns the index in `all` of each of `names`; `all` must contain them.
 std::vector<std::uint32_t> label_numbers(const std::vector<std::string>& names,

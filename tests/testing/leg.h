@@ -52,7 +52,7 @@ inline std::shared_ptr<const PreparedObject> make_test_object(const std::string&
                                      engine, {});
   EXPECT_TRUE(distances.ok());
   object.distances = std::move(*distances);
-  prepare_transfer(object, /*with_colors=*/false);
+  prepare_transfer(object, /*with_colors=*/false, /*cache=*/{});
   return std::make_shared<const PreparedObject>(std::move(object));
 }
 

@@ -145,11 +145,12 @@ Result<int> remove_entries(const CommandLine& line, const CacheOptions& options)
 
 void add_cache(CommandLine& line) {
   auto options = std::make_shared<CacheOptions>();
-  Command command = add_command(
-      line, "cache", "List, check or clean the cache of spheres, distances, paces and plans.",
-      "  polymorph cache ls\n  polymorph cache verify\n"
-      "  polymorph cache gc --max-size 1G --max-age 30d\n  polymorph cache clear",
-      "  0 done   1 verify found a bad file   2 usage   4 a file cannot be removed");
+  Command command =
+      add_command(line, "cache",
+                  "List, check or clean the cache of spheres, distances, colours, paces and plans.",
+                  "  polymorph cache ls\n  polymorph cache verify\n"
+                  "  polymorph cache gc --max-size 1G --max-age 30d\n  polymorph cache clear",
+                  "  0 done   1 verify found a bad file   2 usage   4 a file cannot be removed");
   const std::vector<std::string> shared_options = {"--json", "--cache-dir"};
   add_verbs(
       line, command,

@@ -117,8 +117,10 @@ DistanceMeasure distance_measure(const ObjectSettings& chosen, const LegSettings
 }
 
 /// Calls prepare_transfer() with the scene's look.
-void prepare_look(const Scene& scene, PreparedObject& object) {
-  prepare_transfer(object, scene.look.kind == LookKind::kOwn && !is_one_color(object.model));
+void prepare_look(const Preparation& preparation, PreparedObject& object) {
+  const bool with_colors =
+      preparation.scene.look.kind == LookKind::kOwn && !is_one_color(object.model);
+  prepare_transfer(object, with_colors, preparation.cache);
 }
 
 /// Sets the members that depend on the objects' models, but not on their balls: distances and
@@ -146,7 +148,7 @@ void measure_objects(const Preparation& preparation, std::span<ObjectInMaking> o
   }
   run_all_side_by_side(count, [&](std::int64_t index) {
     ObjectInMaking& making = objects[static_cast<std::size_t>(index)];
-    if (making.morphs) prepare_look(preparation.scene, making.object);
+    if (making.morphs) prepare_look(preparation, making.object);
   });
 }
 
@@ -174,7 +176,7 @@ Status finish_object(const Preparation& preparation, const ObjectSettings& chose
     const DistanceMeasure measure = distance_measure(chosen, settings);
     PM_TRY(object.distances, measure_distances(object, measure, engine, cache));
   }
-  prepare_look(scene, object);
+  prepare_look(preparation, object);
   return add_ball_surface(preparation, settings, kinds, Ok{}, object);
 }
 
