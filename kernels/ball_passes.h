@@ -107,7 +107,7 @@ class BallPasses {
     const auto n = static_cast<std::int64_t>(points.size());
     const Offsets team_total = {(n + Interpolate::kRun - 1) / Interpolate::kRun, 0};
     // for_teams() reads the number of teams from backend memory.
-    const View<Offsets> team_count = work_.totals_buffer.resize(backend_, kMaxLevels + 1);
+    const View<Offsets> team_count = work_.totals_buffer.resize(backend_, kMeshTotal + 1);
     const View<BallAttribute> uploaded =
         work_.attributes.resize(backend_, static_cast<std::int64_t>(attributes.size()));
     const View<Vec3> at = work_.points.resize(backend_, n);
@@ -115,7 +115,7 @@ class BallPasses {
     backend_.upload(View<Offsets>{team_count.data, 1}, &team_total);
     backend_.upload(uploaded, attributes.data());
     backend_.upload(at, points.data());
-    backend_.for_teams(&team_count[0].first, team_total.first,
+    backend_.for_teams(&team_count[0].nodes(), team_total.nodes(),
                        Interpolate{at, balls_, all_balls(), uploaded, out}, "interpolate");
     backend_.download(values.data(), out);
   }
@@ -151,7 +151,7 @@ class BallPasses {
     View<Offsets> count;
     if (roots > 0) {
       roots_ = work_.nodes[levels].resize(backend_, roots);
-      root_sums_ = work_.sums[levels % 2].resize(backend_, roots);
+      root_counts_ = work_.node_counts[levels % 2].resize(backend_, roots);
       count = {&work_.totals[static_cast<std::int64_t>(levels)], 1};
     }
     if constexpr (!F::kCompactSupport) {
@@ -161,7 +161,7 @@ class BallPasses {
     }
     backend_.for_each(std::max(n, roots),
                       PrepareBalls<F>{raw, balls_, all_balls_, scale, shape.roots, roots_,
-                                      root_sums_, count, root_far_},
+                                      root_counts_, count, root_far_},
                       "prepare");
   }
 
@@ -177,7 +177,7 @@ class BallPasses {
     out.tree.levels = static_cast<int>(levels.size());
     out.tree.roots = shape.roots;
     View<Node> parents = roots_;
-    View<Counts> sums = root_sums_;
+    View<Counts> counts = root_counts_;
     View<FarField> far = root_far_;
     View<std::uint32_t> entries = all_balls_;
     // The guessed number of nodes of level l. They have guess / 8 parents; buffers per parent are
@@ -185,45 +185,45 @@ class BallPasses {
     std::int64_t guess = guess_top_nodes(grid, shape);
     for (std::size_t l = levels.size(); l-- > 0; guess *= 8) {
       const auto level = static_cast<std::int64_t>(l);
-      const std::int64_t* parent_count = &work_.totals[level + 1].first;
+      const std::int64_t* parent_count = &work_.totals[level + 1].nodes();
       Offsets* total = &work_.totals[level];
       const View<std::uint32_t> child_entries =
           work_.child_entries.fit(backend_, parent_count, kChildren, guess / 4 + 1);
       const View<Offsets> first = work_.first.fit(backend_, parent_count, 1, guess / 4 + 1);
       // The buffers of the passes differ in capacity; none is used beyond the smallest.
       std::int64_t capacity =
-          std::min({parents.size, sums.size, child_entries.size / kChildren, first.size});
+          std::min({parents.size, counts.size, child_entries.size / kChildren, first.size});
       if constexpr (!F::kCompactSupport) capacity = std::min(capacity, far.size);
       backend_.for_teams(parent_count, capacity,
                          ClassifyChildren<F>{grid, settings_.iso, levels[l], parents, entries,
-                                             balls_, child_entries, sums, far},
+                                             balls_, child_entries, counts, far},
                          "bricks", B::Team::kParts);
-      backend_.scan({sums.data, capacity}, parent_count, first, total, "bricks");
-      const View<Node> nodes = work_.nodes[l].fit(backend_, &total->first, 1, guess);
-      View<Counts> node_sums;
-      if (l > 0) node_sums = work_.sums[l % 2].fit(backend_, &total->first, 1, guess);
+      backend_.scan({counts.data, capacity}, parent_count, first, total, "bricks");
+      const View<Node> nodes = work_.nodes[l].fit(backend_, &total->nodes(), 1, guess);
+      View<Counts> node_counts;
+      if (l > 0) node_counts = work_.node_counts[l % 2].fit(backend_, &total->nodes(), 1, guess);
       // Before the first frame, a node is guessed to have 48 balls.
       const View<std::uint32_t> node_entries =
-          work_.entries[l % 2].fit(backend_, &total->second, 1, 48 * guess);
+          work_.entries[l % 2].fit(backend_, &total->entries(), 1, 48 * guess);
       backend_.for_teams(parent_count, capacity,
                          FillChildren<F>{grid, levels[l], parents, entries, balls_, child_entries,
-                                         first, nodes, node_sums, node_entries},
+                                         first, nodes, node_counts, node_entries},
                          "bricks", B::Team::kParts);
       if constexpr (!F::kCompactSupport) {
-        const View<FarField> node_far = work_.far[l % 2].fit(backend_, &total->first, 1, guess);
+        const View<FarField> node_far = work_.far[l % 2].fit(backend_, &total->nodes(), 1, guess);
         backend_.for_teams(
-            &total->first, std::min(nodes.size, node_far.size),
+            &total->nodes(), std::min(nodes.size, node_far.size),
             ExpandFarField<F>{grid, levels[l], parents, nodes, entries, balls_, far, node_far},
             "bricks");
         far = node_far;
       }
       out.tree.nodes[l + 1] = parents;
       parents = nodes;
-      sums = node_sums;
+      counts = node_counts;
       entries = node_entries;
     }
     out.tree.nodes[0] = parents;
-    out.count = &work_.totals[0].first;
+    out.count = &work_.totals[0].nodes();
     out.nodes = parents;
     out.entries = entries;
     out.far = far;
@@ -252,7 +252,7 @@ class BallPasses {
   View<typename F::Ball> balls_;
   View<std::uint32_t> all_balls_;
   View<Node> roots_;
-  View<Counts> root_sums_;
+  View<Counts> root_counts_;
   View<FarField> root_far_;  ///< only for infinite support
   float length_ = 1;         ///< FieldScale::length
 };

@@ -36,9 +36,8 @@ inline Int3 ceil_divide(Int3 a, int divisor) {
 /// Lays out a tree below one root or, with `many_roots`, below up to 4^3 roots: a GPU takes no
 /// longer for the children of all these roots than for those of one.
 inline TreeShape tree_shape(const Grid& grid, bool many_roots) {
-  const Int3 cells = {grid.points.x + 1, grid.points.y + 1, grid.points.z + 1};
   TreeShape out;
-  out.levels = {{ceil_divide(cells, kBrickCells), kBrickCells}};
+  out.levels = {{ceil_divide(lattice_cells(grid), kBrickCells), kBrickCells}};
   for (Int3 n = out.levels[0].nodes; n.x > kBranching || n.y > kBranching || n.z > kBranching;
        n = out.levels.back().nodes) {
     out.levels.push_back({ceil_divide(n, kBranching), out.levels.back().cells * kBranching});
@@ -57,12 +56,12 @@ inline std::int64_t count_roots(const TreeShape& shape) {
 /// Guesses how many bricks a surface crosses, before they are counted: as many as three sides of
 /// the grid have, and a few more.
 inline std::int64_t guess_bricks(const Grid& grid) {
-  const Int3 n =
-      ceil_divide({grid.points.x + 1, grid.points.y + 1, grid.points.z + 1}, kBrickCells);
+  const Int3 n = ceil_divide(lattice_cells(grid), kBrickCells);
   const auto area = [](int a, int b) { return static_cast<std::int64_t>(a) * b; };
   return area(n.x, n.y) + area(n.y, n.z) + area(n.z, n.x) + kChildren;
 }
-/// Guesses the number of nodes at the top level of a tree.
+/// Guesses the number of nodes at the top level of a tree. A surface crosses about a 16th as many
+/// nodes of the next higher level, because these are 4 times as wide; an 8th leaves room.
 inline std::int64_t guess_top_nodes(const Grid& grid, const TreeShape& shape) {
   std::int64_t guess = guess_bricks(grid);
   for (std::size_t l = 1; l < shape.levels.size(); ++l) guess = guess / 8 + kChildren;
@@ -73,7 +72,7 @@ inline std::int64_t guess_top_nodes(const Grid& grid, const TreeShape& shape) {
 struct BrickViews {
   Tree tree;
   const std::int64_t* count = nullptr;  ///< number of bricks
-  /// Number of bricks that every view below can hold. Only `values` holds fewer if bricks are
+  /// Number of bricks that each view below can hold; `values` holds only one block where bricks are
   /// processed in blocks.
   std::int64_t capacity = std::numeric_limits<std::int64_t>::max();
   View<Node> nodes;
@@ -164,7 +163,7 @@ class MeshPasses {
   void place_bricks(const SampledBricks<Sample, Source>& sampled) {
     const BrickViews& bricks = sampled.bricks;
     Sample sample = sampled.sample;
-    Offsets* total = &work_.totals[kMaxLevels];
+    Offsets* total = &work_.totals[kMeshTotal];
     const bool places_vertices = settings_.method == SurfaceMethod::kMarchingCubes;
     if constexpr (B::kHostMemory) {
       *total = {};
@@ -175,15 +174,16 @@ class MeshPasses {
         const Offsets previous = *total;
         backend_.scan({bricks.counts.data + begin, n}, &n, {bricks.first.data + begin, n}, total,
                       "number", previous);
-        check_vertex_count(total->first);
+        check_vertex_count(total->vertices());
         if (!places_vertices) continue;
         const double fraction = static_cast<double>(begin + n) / static_cast<double>(*bricks.count);
-        positions_ = backend_.grow(mesh_.positions, previous.first, total->first, fraction);
-        normals_ = backend_.grow(mesh_.normals, previous.first, total->first, fraction);
+        positions_ =
+            backend_.grow(mesh_.positions, previous.vertices(), total->vertices(), fraction);
+        normals_ = backend_.grow(mesh_.normals, previous.vertices(), total->vertices(), fraction);
         backend_.for_teams(&n, n, place_vertices(sampled.source, bricks, begin), "vertices");
       }
-      mesh_.positions.resize(static_cast<std::size_t>(total->first));
-      mesh_.normals.resize(static_cast<std::size_t>(total->first));
+      mesh_.positions.resize(static_cast<std::size_t>(total->vertices()));
+      mesh_.normals.resize(static_cast<std::size_t>(total->vertices()));
     } else {
       backend_.for_teams(bricks.count, bricks.capacity, sample, "sample");
       backend_.scan({bricks.counts.data, bricks.capacity}, bricks.count, bricks.first, total,
@@ -203,18 +203,18 @@ class MeshPasses {
     }
   }
 
-  /// Has the frame's end copy the mesh to the caller, unless the backend wrote it there. `sizes`:
-  /// the mesh's numbers of vertices and triangles.
+  /// Queues the copying of the mesh to the caller, which finish_frame() does. A CPU has written the
+  /// mesh there already. `sizes`: the mesh's numbers of vertices and triangles.
   void download(Offsets sizes) {
-    check_vertex_count(sizes.first);
+    check_vertex_count(sizes.vertices());
     if (!settings_.download) return;
-    backend_.queue_download(mesh_.positions, positions_, sizes.first);
+    backend_.queue_download(mesh_.positions, positions_, sizes.vertices());
     if (settings_.flat) {
       mesh_.normals.clear();
     } else {
-      backend_.queue_download(mesh_.normals, normals_, sizes.first);
+      backend_.queue_download(mesh_.normals, normals_, sizes.vertices());
     }
-    backend_.queue_download(mesh_.triangles, triangles_, sizes.second);
+    backend_.queue_download(mesh_.triangles, triangles_, sizes.triangles());
   }
 
  private:
@@ -224,6 +224,8 @@ class MeshPasses {
     PlaceVertices<Source> pass;
     pass.grid = grid_;
     pass.iso = settings_.iso;
+    // A refining step evaluates the field itself, whose root differs from that of the values that
+    // are interpolated between every sample_stride-th point.
     pass.refine_steps = settings_.sample_stride > 1 ? 0 : settings_.refine_steps;
     pass.midpoint = settings_.placement == Placement::kMidpoint;
     pass.source = source;
@@ -239,7 +241,7 @@ class MeshPasses {
   }
 
   void allocate_vertices() {
-    const std::int64_t* count = &work_.totals[kMaxLevels].first;
+    const std::int64_t* count = &work_.totals[kMeshTotal].vertices();
     // Before the first frame, a brick is guessed to have 100 vertices, and in allocate_triangles()
     // 200 triangles.
     const std::int64_t guess = guess_bricks(grid_) * 100;
@@ -247,7 +249,7 @@ class MeshPasses {
     normals_ = backend_.output(mesh_.normals, work_.normals, count, guess);
   }
   void allocate_triangles() {
-    const std::int64_t* count = &work_.totals[kMaxLevels].second;
+    const std::int64_t* count = &work_.totals[kMeshTotal].triangles();
     triangles_ =
         backend_.output(mesh_.triangles, work_.triangles, count, guess_bricks(grid_) * 200);
   }
@@ -261,9 +263,10 @@ class MeshPasses {
   }
 
   /// A CPU emits in blocks, too, because a new piece of the result's memory is cleared when it is
-  /// allocated, and is then still in the caches when its triangles are written.
+  /// allocated, and is then still in the caches when its triangles are written. 8 times the
+  /// bricks of place_bricks() have about 5 MB of triangles per thread, at 200 triangles per brick.
   void emit_triangles(const BrickViews& bricks) {
-    const Offsets* total = &work_.totals[kMaxLevels];
+    const Offsets* total = &work_.totals[kMeshTotal];
     EmitTriangles emit = {/*begin=*/0,     upload_table(work_), bricks.tree,
                           bricks.inside,   bricks.rows,         bricks.counts,
                           bricks.first,    bricks.capacity,
@@ -272,12 +275,13 @@ class MeshPasses {
       const std::int64_t count = *bricks.count, block = 8 * brick_block(backend_);
       // Drops surplus triangles of an earlier, larger mesh.
       mesh_.triangles.resize(
-          std::min(mesh_.triangles.size(), static_cast<std::size_t>(total->second)));
+          std::min(mesh_.triangles.size(), static_cast<std::size_t>(total->triangles())));
       std::int64_t emitted = 0;
       for (std::int64_t begin = 0; begin < count; begin += block) {
         const std::int64_t n = std::min(block, count - begin);
-        const std::int64_t end = begin + n < count ? bricks.first[begin + n].second : total->second;
-        const double fraction = static_cast<double>(end) / static_cast<double>(total->second);
+        const std::int64_t end =
+            begin + n < count ? bricks.first[begin + n].triangles() : total->triangles();
+        const double fraction = static_cast<double>(end) / static_cast<double>(total->triangles());
         triangles_ = backend_.grow(mesh_.triangles, emitted, end, fraction);
         emitted = end;
         emit.begin = begin;
@@ -305,15 +309,16 @@ class MeshPasses {
 template <class B, class Find>
 void extract_bricks(Workspace<B>& work, const Grid& grid, const ExtractSettings& settings,
                     Mesh& mesh, const Find& find) {
-  work.totals = work.totals_buffer.resize(work.backend, kMaxLevels + 1);
-  Offsets totals[kMaxLevels + 1];
+  work.totals = work.totals_buffer.resize(work.backend, kMeshTotal + 1);
+  Offsets totals[kMeshTotal + 1];
   MeshPasses<B> passes(work, grid, settings, mesh);
   do {
     const auto sampled = find();
     passes.place_bricks(sampled);
     passes.emit(sampled.bricks);
+    // everything_fitted() also copies the totals to the host.
   } while (!work.backend.everything_fitted(work.totals, totals));
-  passes.download(totals[kMaxLevels]);
+  passes.download(totals[kMeshTotal]);
 }
 
 }  // namespace polymorph

@@ -166,7 +166,7 @@ class BasicCpuBackend {
     const std::int64_t size = *n;
     for (std::int64_t i = 0; i < size; ++i) {
       offsets[i] = sum;
-      sum = sum + Offsets{counts[i].first, counts[i].second};
+      sum = sum + Offsets{counts[i].a, counts[i].b};
     }
     *total = sum;
   }

@@ -30,9 +30,10 @@ struct EmitCubes {
 
   template <class Team>
   PM_HD void operator()(const Team& team, Scratch&, std::int64_t b) const {
-    const std::int64_t vertex = first[b].first, triangle = first[b].second;
-    if (counts[b].first == 0 || vertex + counts[b].first > positions.size ||
-        vertex + counts[b].first > normals.size || triangle + counts[b].second > triangles.size) {
+    const std::int64_t vertex = first[b].vertices(), triangle = first[b].triangles();
+    if (counts[b].vertices() == 0 || vertex + counts[b].vertices() > positions.size ||
+        vertex + counts[b].vertices() > normals.size ||
+        triangle + counts[b].triangles() > triangles.size) {
       return;  // a buffer is too small; the caller enlarges it and runs this pass again
     }
     const Int3 at = bricks[b].at;

@@ -175,7 +175,7 @@ __global__ void __launch_bounds__(kThreads)
     const std::int64_t at = start + threadIdx.x;
     for (int k = 0; k < kScanEach; ++k) {
       const Counts c = at + k * kThreads < n ? counts[at + k * kThreads] : Counts{};
-      words[k] = static_cast<Word>(c.first) << kShift | c.second;
+      words[k] = static_cast<Word>(c.a) << kShift | c.b;
     }
     Exchange(storage.exchange).StripedToBlocked(words, words);
     __syncthreads();
@@ -386,9 +386,9 @@ class CudaBackend {
     std::memcpy(known, staging_, bytes);
     bool fitted = true;
     for (const Fit& fit : fits_) {
-      const std::int64_t index = fit.count - &totals.data->first;
+      const std::int64_t index = fit.count - &totals.data->a;
       const Offsets& pair = known[index / 2];
-      const std::int64_t count = index % 2 == 0 ? pair.first : pair.second;
+      const std::int64_t count = index % 2 == 0 ? pair.a : pair.b;
       if (count <= fit.capacity) continue;
       fit.buffer->grow(*this, count * fit.per_item);
       fitted = false;

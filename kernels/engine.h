@@ -79,17 +79,17 @@ class Engine {
                                const ExtractSettings& settings, Mesh& mesh) = 0;
 
   /// Extracts the surface between two objects, where their mixed distance equals the level times
-  /// its weight (morph_field.h); everything else is as for balls. Ignores the settings `field`,
-  /// `iso`, `cutoff` and `sample_stride`. Call with the same objects in every frame: an engine
-  /// keeps them on its device. The regression's lattice must extend one node beyond the grid on
-  /// every side.
+  /// the level's weight at the point (c w in morph_field.h); everything else is as for balls.
+  /// Ignores the settings `field`, `iso`, `cutoff` and `sample_stride`. Call with the same objects
+  /// in every frame: an engine keeps them on its device. The regression's lattice must extend one
+  /// node beyond the grid on every side.
   virtual EngineStatus extract(const MorphSurface& surface, const Grid& grid,
                                const ExtractSettings& settings, Mesh& mesh) = 0;
 
   /// Extracts the surface of one object's distances, where they are 0 (positive inside); between
   /// the points of `object` they are trilinear (distance_field.h). Values that are no distances are
-  /// allowed, too, if none on the border is positive and DistanceGrid::lipschitz is true of them.
-  /// Everything else is as for a MorphSurface.
+  /// allowed, too, if none on the border is positive and DistanceGrid::lipschitz is a Lipschitz
+  /// constant of them. Everything else is as for a MorphSurface.
   virtual EngineStatus extract(const std::shared_ptr<const DistanceGrid>& object, const Grid& grid,
                                const ExtractSettings& settings, Mesh& mesh) = 0;
 
@@ -103,7 +103,7 @@ class Engine {
   /// Moves the balls along their paths to `state` and returns them in `balls`, one per path. Balls
   /// and paths stay on the device: call with the same object in every frame. `eased_times`: each
   /// ball's eased time, or empty if all balls use MotionState::eased. kBadInput: `eased_times`
-  /// of another size, or a ball with a part that does not exist.
+  /// of another size, or a ball whose part (PathPart) is not in the list.
   virtual EngineStatus move_balls(const std::shared_ptr<const BallPaths>& paths,
                                   const MotionState& state, const std::vector<float>& eased_times,
                                   BallSet& balls) = 0;

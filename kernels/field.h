@@ -195,7 +195,7 @@ struct PrepareBalls {
   FieldScale scale;
   Int3 roots;                ///< along each axis
   View<Node> nodes;          ///< the roots; empty if there is no tree
-  View<Counts> sums;         ///< per root: set to 0 for ClassifyChildren
+  View<Counts> counts;       ///< per root: set to 0 for ClassifyChildren
   View<Offsets> node_count;  ///< nodes and entries of the roots' level
   View<FarField> far;        ///< per root, where support is infinite
 
@@ -210,7 +210,7 @@ struct PrepareBalls {
     node.at = {root % roots.x, root / roots.x % roots.y, root / roots.x / roots.y};
     node.count = static_cast<std::uint32_t>(balls.size);
     nodes[i] = node;
-    sums[i] = {};
+    counts[i] = {};
     if (i < far.size) far[i] = FarField{};
     if (i == 0) node_count[0] = {nodes.size, 0};
   }

@@ -42,7 +42,7 @@ struct ClassifyNodes {
   Bounds bounds;
   Level level;  ///< the children's
   View<Node> parents;
-  View<Counts> sums;  ///< per parent: `first` counts the kept children, from 0
+  View<Counts> counts;  ///< per parent, 0 before this pass: becomes the number of kept children
 
   template <class Team>
   PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t item) const {
@@ -69,7 +69,7 @@ struct ClassifyNodes {
                         can_cross_blocks(team, child_position(parent.at, child), scratch.local[i]);
       if (!keep || !team.leads_group()) return;
       team.add(parents[p].children, std::uint64_t{1} << child);
-      team.add(sums[p].first, 1u);
+      team.add(counts[p].nodes(), 1u);
     });
   }
 
@@ -135,7 +135,7 @@ struct ClassifyNodes {
     float any = 0;  // 0 or 1, as a float for group_max()
     for (int i = static_cast<int>(team.group_rank()); i < kBlocks / kLanes && any == 0;
          i += static_cast<int>(team.kGroup)) {
-      alignas(32) float x[kLanes], y[kLanes], z[kLanes];
+      alignas(64) float x[kLanes], y[kLanes], z[kLanes];
       for (int l = 0; l < kLanes; ++l) {
         const int block = kLanes * i + l;
         x[l] = box.low.x + size.x * (0.5f + static_cast<float>(block % kBlocksAlongAxis));
@@ -156,24 +156,24 @@ struct FillNodes {
   static constexpr int kThreads = 64;
   struct Scratch {};
   View<Node> parents;
-  View<const Offsets> first;  ///< per parent: `first` is the index of its first kept child
+  View<const Offsets> first_children;  ///< per parent: index of its first kept child
   View<Node> nodes;
-  View<Counts> sums;  ///< per node: set to 0 for ClassifyNodes; empty for bricks
+  View<Counts> counts;  ///< per node: set to 0 for ClassifyNodes; empty for bricks
 
   template <class Team>
   PM_HD void operator()(const Team& team, Scratch&, std::int64_t p) const {
     const Node parent = parents[p];
-    const Offsets start = first[p];
-    team.each(1, [&](int) { parents[p].first_child = static_cast<std::uint32_t>(start.first); });
+    const std::int64_t start = first_children[p].nodes();
+    team.each(1, [&](int) { parents[p].first_child = static_cast<std::uint32_t>(start); });
     team.each(kChildren, [&](int c) {
       if (!(parent.children >> c & 1u)) return;
-      const std::int64_t slot = start.first + popcount(parent.children & bits_below(c));
+      const std::int64_t slot = start + popcount(parent.children & bits_below(c));
       if (slot >= nodes.size) return;  // the passes run again with more memory
       Node node;
       node.at = child_position(parent.at, c);
       node.parent = static_cast<std::uint32_t>(p);
       nodes[slot] = node;
-      if (slot < sums.size) sums[slot] = {};
+      if (slot < counts.size) counts[slot] = {};
     });
   }
 };
@@ -182,7 +182,7 @@ struct FillNodes {
 struct PrepareNodes {
   Int3 roots;
   View<Node> nodes;
-  View<Counts> sums;
+  View<Counts> counts;
   View<Offsets> node_count;  ///< one element: the number of roots
 
   PM_HD void operator()(std::int64_t i) const {
@@ -191,7 +191,7 @@ struct PrepareNodes {
     Node node;
     node.at = {root % roots.x, root / roots.x % roots.y, root / roots.x / roots.y};
     nodes[i] = node;
-    sums[i] = {};
+    counts[i] = {};
     if (i == 0) node_count[0] = {nodes.size, 0};
   }
 };
@@ -226,7 +226,8 @@ struct SampleLevelSet : CountBricks {
 /// Source of PlaceVertices (vertices.h) for a level set. All bricks have the same field.
 template <class Field>
 struct LevelSetVertices {
-  /// About as many threads as a brick has vertices. Eight teams leave 128 registers for each.
+  /// About as many threads as a brick has vertices. With eight teams on a multiprocessor each
+  /// thread has 128 registers.
   static constexpr int kThreads = 64, kMinTeams = 8;
   Field field;
   float inv_cell = 1;
@@ -246,8 +247,8 @@ struct LevelSetVertices {
   PM_HD Points<V> negated_gradient(const Points<V>& p) const {
     return field.negated_gradient(p);
   }
-  /// Returns an empty mask: no value of a level set needs to be replaced by an exact one, as values
-  /// of balls do.
+  /// Returns an empty mask. Only sums over balls are replaced by exact ones where the field is flat
+  /// (BallVertices, vertices.h).
   template <class V, class Edges>
   PM_HD std::uint32_t flat_lanes(const Edges&, const Points<V>&) const {
     return 0;

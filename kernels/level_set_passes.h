@@ -37,33 +37,33 @@ BrickViews find_level_set_bricks(Workspace<B>& work, const TreeShape& shape, con
   out.tree.roots = shape.roots;
   const std::int64_t roots = count_roots(shape);
   View<Node> parents = work.nodes[levels.size()].resize(work.backend, roots);
-  View<Counts> sums = work.sums[levels.size() % 2].resize(work.backend, roots);
+  View<Counts> counts = work.node_counts[levels.size() % 2].resize(work.backend, roots);
   const View<Offsets> root_count = {&work.totals[static_cast<std::int64_t>(levels.size())], 1};
-  work.backend.for_each(roots, PrepareNodes{shape.roots, parents, sums, root_count}, "bricks");
+  work.backend.for_each(roots, PrepareNodes{shape.roots, parents, counts, root_count}, "bricks");
   // The guessed number of nodes of level l. They have guess / 8 parents, whose buffer `first` is
   // allocated for twice as many.
   std::int64_t guess = guess_top_nodes(grid, shape);
   for (std::size_t l = levels.size(); l-- > 0; guess *= 8) {
     const auto level = static_cast<std::int64_t>(l);
-    const std::int64_t* parent_count = &work.totals[level + 1].first;
+    const std::int64_t* parent_count = &work.totals[level + 1].nodes();
     Offsets* total = &work.totals[level];
     const View<Offsets> first = work.first.fit(work.backend, parent_count, 1, guess / 4 + 1);
-    const std::int64_t capacity = std::min({parents.size, sums.size, first.size});
+    const std::int64_t capacity = std::min({parents.size, counts.size, first.size});
     work.backend.for_teams(parent_count, capacity,
-                           ClassifyNodes<Bounds>{grid, bounds, levels[l], parents, sums}, "bricks",
-                           B::Team::kParts);
-    work.backend.scan({sums.data, capacity}, parent_count, first, total, "bricks");
-    const View<Node> nodes = work.nodes[l].fit(work.backend, &total->first, 1, guess);
-    View<Counts> node_sums;
-    if (l > 0) node_sums = work.sums[l % 2].fit(work.backend, &total->first, 1, guess);
-    work.backend.for_teams(parent_count, capacity, FillNodes{parents, first, nodes, node_sums},
+                           ClassifyNodes<Bounds>{grid, bounds, levels[l], parents, counts},
+                           "bricks", B::Team::kParts);
+    work.backend.scan({counts.data, capacity}, parent_count, first, total, "bricks");
+    const View<Node> nodes = work.nodes[l].fit(work.backend, &total->nodes(), 1, guess);
+    View<Counts> node_counts;
+    if (l > 0) node_counts = work.node_counts[l % 2].fit(work.backend, &total->nodes(), 1, guess);
+    work.backend.for_teams(parent_count, capacity, FillNodes{parents, first, nodes, node_counts},
                            "bricks");
     out.tree.nodes[l + 1] = parents;
     parents = nodes;
-    sums = node_sums;
+    counts = node_counts;
   }
   out.tree.nodes[0] = parents;
-  out.count = &work.totals[0].first;
+  out.count = &work.totals[0].nodes();
   out.nodes = parents;
   return out;
 }
@@ -211,7 +211,7 @@ SmoothMap compute_map(Workspace<B>& work, const std::shared_ptr<const Regression
   // for_teams() reads the number of teams from backend memory.
   const View<Offsets> team_count = work.regress_count.resize(work.backend, 1);
   work.backend.upload(team_count, &team_total);
-  work.backend.for_teams(&team_count[0].first, team_total.first,
+  work.backend.for_teams(&team_count[0].nodes(), team_total.nodes(),
                          RegressNodes{regression->lattice, uploaded.samples, uploaded.values,
                                       regression->sloped, coefficients},
                          "regress");

@@ -156,8 +156,8 @@ PM_HD inline Mat3 exp_rotation(Vec3d axis_times_angle) {
            cosine + a.z * v.z}};
 }
 
-/// Returns the cube root of a normal v > 0: a first guess from a third of the exponent, then
-/// Newton's method.
+/// Returns the cube root of v > 0 that is not denormal: a first guess from a third of the exponent,
+/// then Newton's method.
 PM_HD inline double cube_root(double v) {
   std::uint64_t bits = 0;
   std::memcpy(&bits, &v, sizeof bits);

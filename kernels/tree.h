@@ -67,16 +67,28 @@ struct Node {
   Int3 at;                        ///< position among the nodes of its level
 };
 
-/// Two counts that are summed together: of nodes and their entries, or of vertices and triangles.
-struct Counts {
-  std::uint32_t first = 0, second = 0;
+/// Two numbers that one scan sums: of nodes and the entries of their lists, or of vertices and
+/// triangles.
+template <class T>
+struct CountPair {
+  T a = 0, b = 0;
+  PM_HD constexpr T& nodes() { return a; }
+  PM_HD constexpr T& entries() { return b; }
+  PM_HD constexpr T& vertices() { return a; }
+  PM_HD constexpr T& triangles() { return b; }
+  PM_HD constexpr const T& nodes() const { return a; }
+  PM_HD constexpr const T& entries() const { return b; }
+  PM_HD constexpr const T& vertices() const { return a; }
+  PM_HD constexpr const T& triangles() const { return b; }
 };
-/// Sums of Counts.
-struct Offsets {
-  std::int64_t first = 0, second = 0;
-};
-PM_HD constexpr Offsets operator+(Offsets a, Offsets b) {
-  return {a.first + b.first, a.second + b.second};
+using Counts = CountPair<std::uint32_t>;
+using Offsets = CountPair<std::int64_t>;  ///< sums of Counts
+PM_HD constexpr Offsets operator+(Offsets x, Offsets y) { return {x.a + y.a, x.b + y.b}; }
+
+/// Returns the lattice's number of cells along each axis: one less than the grid has points, and
+/// one more on each side, the rim's.
+PM_HD constexpr Int3 lattice_cells(const Grid& grid) {
+  return {grid.points.x + 1, grid.points.y + 1, grid.points.z + 1};
 }
 
 /// Returns the position of child number `child` of a parent, among the nodes of the child's level.
@@ -230,7 +242,7 @@ struct ClassifyChildren {
   View<const std::uint32_t> entries;
   View<const typename F::Ball> balls;
   View<std::uint32_t> child_entries;  ///< per child of each parent: 1 + number of balls; 0: dropped
-  View<Counts> sums;                  ///< per parent: kept children, their balls; 0 at first
+  View<Counts> counts;                ///< per parent: kept children, their balls; 0 at first
   View<const FarField> far;           ///< per parent, where support is infinite
 
   template <class Team>
@@ -257,8 +269,8 @@ struct ClassifyChildren {
       }
       if (keep == 0) return;
       team.add(parents[p].children, std::uint64_t{keep} << first);
-      team.add(sums[p].first, static_cast<std::uint32_t>(popcount(keep)));
-      team.add(sums[p].second, sum);
+      team.add(counts[p].nodes(), static_cast<std::uint32_t>(popcount(keep)));
+      team.add(counts[p].entries(), sum);
     });
   }
 
@@ -320,7 +332,7 @@ struct FillChildren {
   View<const std::uint32_t> child_entries;
   View<const Offsets> first;  ///< per parent: its first child and entry
   View<Node> nodes;
-  View<Counts> sums;  ///< per node: set to 0 for ClassifyChildren; empty for bricks
+  View<Counts> counts;  ///< per node: set to 0 for ClassifyChildren; empty for bricks
   View<std::uint32_t> node_entries;
 
   template <class Team>
@@ -335,24 +347,24 @@ struct FillChildren {
       scratch.begin[c] = parent.children >> c & 1u ? child_entries[p * kChildren + c] - 1 : 0;
     });
     team.each(1, [&](int) {  // no team of this pass reads first_child
-      if (begin == 0) parents[p].first_child = static_cast<std::uint32_t>(start.first);
+      if (begin == 0) parents[p].first_child = static_cast<std::uint32_t>(start.nodes());
     });
     team.sync();
     team.scan(scratch.begin, kChildren);
     team.each(kChildrenPerTeam, [&](int i) {
       const int c = begin + i;
       if (!(parent.children >> c & 1u)) return;
-      const std::int64_t slot = start.first + popcount(parent.children & bits_below(c));
+      const std::int64_t slot = start.nodes() + popcount(parent.children & bits_below(c));
       if (slot >= nodes.size) return;
       Node node;
       node.at = child_position(parent.at, c);
       node.parent = static_cast<std::uint32_t>(p);
-      node.begin = start.second + scratch.begin[c];
+      node.begin = start.entries() + scratch.begin[c];
       node.count = scratch.begin[c + 1] - scratch.begin[c];
       // If the list does not fit, all passes run again with more memory.
       if (node.begin + node.count > node_entries.size) node.count = 0;
       nodes[slot] = node;
-      if (slot < sums.size) sums[slot] = {};
+      if (slot < counts.size) counts[slot] = {};
     });
     team.each_group(kChildrenPerTeam / Lanes<V>::kCount, [&](int g) {
       const int base = begin + g * Lanes<V>::kCount;
@@ -361,7 +373,8 @@ struct FillChildren {
       if (kept_children == 0) return;
       const ChildBoxes<V> boxes(grid, level, parent.at, base);
       std::int64_t cursor[Lanes<V>::kCount];
-      for (int l = 0; l < Lanes<V>::kCount; ++l) cursor[l] = start.second + scratch.begin[base + l];
+      for (int l = 0; l < Lanes<V>::kCount; ++l)
+        cursor[l] = start.entries() + scratch.begin[base + l];
       for (std::uint32_t j0 = 0; j0 < parent.count; j0 += kAhead * team.kGroup) {
         std::uint32_t index[kAhead];
         typename F::Ball ball[kAhead];

@@ -47,7 +47,8 @@ struct EmitTriangles {
   struct Scratch {
     /// Index of the vertex on each crossed edge. Vectors are loaded beyond the last slot.
     std::uint32_t vertex[kLines * kLineSlots + 8];
-    std::uint32_t before[kRows + 1];  ///< per item of CellFlags: number of triangles before it
+    /// Number of triangles before each item of TeamCells (a row or a plane of cells, bricks.h).
+    std::uint32_t before[kRows + 1];
     std::uint8_t inside[kLines];
     /// Rows and first vertex of this brick ([0]) and of the next bricks: bit 0 of the index is a
     /// step along x, bit 1 along y, bit 2 along z. Null rows: there is no such brick or the surface
@@ -60,25 +61,26 @@ struct EmitTriangles {
   Tree tree;
   View<const std::uint8_t> inside;
   View<const std::uint32_t> rows;
-  View<const Counts> counts;  ///< number of each brick's vertices (first) and triangles (second)
-  View<const Offsets> first;  ///< index of each brick's first vertex (first) and triangle (second)
+  View<const Counts> counts;  ///< per brick: its numbers of vertices and triangles
+  View<const Offsets> first;  ///< per brick: its first vertex and triangle
   std::int64_t capacity = 0;  ///< bricks that the views above can hold
   View<Triangle> triangles;
 
   /// Finds the bricks that share edges with this one, finds the vertex on each crossed edge, counts
-  /// the triangles before each item of CellFlags, and writes the triangles.
+  /// the triangles before each item of TeamCells, and writes the triangles.
   template <class Team>
   PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t team_index) const {
-    const std::int64_t b = begin + team_index, first_triangle = first[b].second;
+    const std::int64_t b = begin + team_index, first_triangle = first[b].triangles();
     // If the buffer is too small, the caller enlarges it and runs this pass again.
-    if (counts[b].second == 0 || first_triangle + counts[b].second > triangles.size) return;
+    if (counts[b].triangles() == 0 || first_triangle + counts[b].triangles() > triangles.size)
+      return;
     using V = typename Team::V;
     using Cells = TeamCells<Team>;
     team.each(8, [&](int n) {
       const std::int64_t next = n == 0 ? b : tree.find_near(b, {n & 1, n >> 1 & 1, n >> 2});
-      const bool crossed = next >= 0 && next < capacity && counts[next].first != 0;
+      const bool crossed = next >= 0 && next < capacity && counts[next].vertices() != 0;
       scratch.rows[n] = crossed ? rows.data + next * kRows : nullptr;
-      scratch.first_vertex[n] = crossed ? static_cast<std::uint32_t>(first[next].first) : 0;
+      scratch.first_vertex[n] = crossed ? static_cast<std::uint32_t>(first[next].vertices()) : 0;
     });
     team.each(kLines, [&](int line) { scratch.inside[line] = inside[b * kLines + line]; });
     team.sync();
@@ -116,7 +118,7 @@ struct EmitTriangles {
     }
   }
 
-  /// Writes the triangles of an item's cells from `to` on.
+  /// Writes the triangles of the cells of an item of TeamCells from `to` on.
   template <class V, class Cells>
   PM_HD void emit(const Scratch& scratch, int item, Triangle* to) const {
     const Cells flags(scratch.inside, item);

@@ -104,15 +104,15 @@ PM_HD constexpr float determinant(const Sym3& s) {
 struct Ball {
   Vec3 center;
   float a = 1;  ///< 1 / length^2, > 0; for an ellipsoid the geometric mean of its axes' values
-  float w = 0;  ///< strength, as above; w < 0 lowers the field; a kGaussian ball is only weaker
+  float w = 0;  ///< strength; w < 0 lowers the field, but kGaussian only adds less: exp(w) > 0
   /// Positive definite, determinant 1: the identity is a round ball, anything else an ellipsoid of
   /// the same volume.
   Sym3 shape{};
 };
 PM_HD constexpr bool is_round(const Ball& ball) { return ball.shape == Sym3{}; }
 
-/// Sample points of the field: point (x, y, z) lies at origin + cell (x, y, z) and has index
-/// x + points.x (y + points.y z). Cells are cubes.
+/// Sample points of the field: point (x, y, z) lies at origin + cell * (x, y, z) and has index
+/// x + points.x * (y + points.y * z). Cells are cubes.
 struct Grid {
   Vec3 origin;
   float cell = 1;  ///< edge of a cell, > 0

@@ -171,8 +171,8 @@ struct PlaceVertices {
     using V = typename Team::V;
     constexpr int kLanes = Lanes<V>::kCount;
     const std::int64_t b = begin + brick_item;
-    const auto count = static_cast<int>(counts[b].first);
-    const std::int64_t first_vertex = first[b].first;
+    const auto count = static_cast<int>(counts[b].vertices());
+    const std::int64_t first_vertex = first[b].vertices();
     if (count == 0 || first_vertex + count > positions.size) return;
     team.each(kRows, [&](int r) {
       const std::uint32_t row = rows[b * kRows + r];

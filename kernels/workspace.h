@@ -23,6 +23,9 @@
 
 namespace polymorph {
 
+/// Element of Workspace::totals that holds the mesh's numbers of vertices and triangles.
+constexpr int kMeshTotal = kMaxLevels;
+
 /// The buffers of all passes. Between calls, only the contents that an `uploaded_...` member or
 /// `has_table` describes stay valid.
 template <class B>
@@ -46,7 +49,7 @@ struct Workspace {
   BallSet uploaded_balls;  ///< contents of raw_balls; empty: unknown
   Buffer<RoundBall> round_balls;
   Buffer<EllipsoidBall> ellipsoids;
-  Buffer<std::uint32_t> all_balls;
+  Buffer<std::uint32_t> all_balls;  ///< 0, 1, 2, ...: the list of all balls' indices
 
   // Points and attributes of the caller.
   Buffer<Vec3> points;
@@ -58,7 +61,7 @@ struct Workspace {
   Buffer<KernelSample> kernel_samples;
   Buffer<float> lattice_nodes;
   std::shared_ptr<const Regression> uploaded_regression;  ///< contents of lattice_nodes
-  Buffer<Strain> strain[2];
+  Buffer<Strain> strain[2];       ///< read and written in turn by the passes along the axes
   Buffer<Offsets> regress_count;  ///< one element: the number of teams, for for_teams()
   Buffer<Vec3> landmark_positions;
   Buffer<AttributeValues> landmark_values;
@@ -70,19 +73,20 @@ struct Workspace {
     Buffer<float> buffer;
     View<float> values;
   };
-  std::vector<std::unique_ptr<UploadedDistances>> uploaded_distances;  ///< last: used last
+  /// Grids in order of use, the most recently used at the end.
+  std::vector<std::unique_ptr<UploadedDistances>> uploaded_distances;
 
   // The tree (tree.h). The index is the level or, where only two levels are needed at a time,
   // level % 2.
   Buffer<Node> nodes[kMaxLevels];
   Buffer<std::uint32_t> entries[2];
   Buffer<FarField> far[2];
-  Buffer<Counts> sums[2];  ///< children and entries per node
+  Buffer<Counts> node_counts[2];  ///< children and entries per node
   Buffer<std::uint32_t> child_entries;
-  Buffer<Offsets> first;  ///< prefix sums of `sums`: each node's first child and entry
+  Buffer<Offsets> first;  ///< prefix sums of node_counts: each node's first child and entry
 
-  /// Element `level`: the level's numbers of nodes and entries; element kMaxLevels: the numbers of
-  /// vertices and triangles.
+  /// Element `level`: the level's numbers of nodes and entries; element kMeshTotal: the mesh's
+  /// numbers of vertices and triangles.
   Buffer<Offsets> totals_buffer;
   View<Offsets> totals;
 

@@ -57,13 +57,13 @@ struct OneLevel {
     all_balls.resize(raw.size());
     root.resize(1);
     if (!F::kCompactSupport) root_far.resize(1);
-    std::vector<Counts> sums(1), no_sums;
+    std::vector<Counts> node_counts(1), no_counts;
     std::vector<Offsets> root_count(1), first(1);
     constexpr float kLength = 2;
-    const PrepareBalls<F> prepare = {view_of(copy),      view_of(balls),
-                                     view_of(all_balls), FieldScale{log2(1e-4f * iso), kLength},
-                                     Int3{1, 1, 1},      view_of(root),
-                                     view_of(sums),      view_of(root_count),
+    const PrepareBalls<F> prepare = {view_of(copy),        view_of(balls),
+                                     view_of(all_balls),   FieldScale{log2(1e-4f * iso), kLength},
+                                     Int3{1, 1, 1},        view_of(root),
+                                     view_of(node_counts), view_of(root_count),
                                      view_of(root_far)};
     for (std::size_t i = 0; i < raw.size(); ++i) prepare(static_cast<std::int64_t>(i));
     set_reach(level, grid.cell / kLength, iso);
@@ -75,12 +75,12 @@ struct OneLevel {
                                           view_of(all_balls),
                                           view_of(balls),
                                           view_of(child_entries),
-                                          view_of(sums),
+                                          view_of(node_counts),
                                           view_of(root_far)};
     typename ClassifyChildren<F>::Scratch classified;
     classify(CpuTeam<V>{}, classified, 0);
-    bricks.resize(sums[0].first);
-    entries.resize(sums[0].second);
+    bricks.resize(node_counts[0].nodes());
+    entries.resize(node_counts[0].entries());
     const FillChildren<F> fill = {g,
                                   level,
                                   view_of(root),
@@ -89,7 +89,7 @@ struct OneLevel {
                                   view_of(child_entries),
                                   view_of(first),
                                   view_of(bricks),
-                                  view_of(no_sums),
+                                  view_of(no_counts),
                                   view_of(entries)};
     typename FillChildren<F>::Scratch filled;
     fill(CpuTeam<V>{}, filled, 0);
