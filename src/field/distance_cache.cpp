@@ -22,9 +22,9 @@
 namespace polymorph {
 namespace {
 
-// A cache file contains: face sides, undecided fraction, volume, smallest component, genus, whether
-// the object is a vessel, distances, the thinness unless the object is a shell, and the distances
-// of a vessel's walls. Distances are stored as grid, Lipschitz constant, spline
+// A cache file contains: face classes, undecided fraction, volume, smallest component, genus,
+// whether the object is a vessel, distances, the thinness unless the object is a shell, and the
+// distances of a vessel's walls. Distances are stored as grid, Lipschitz constant, spline
 // (SmoothDistances), and the indices and values of all blocks of points that differ from the
 // spline.
 constexpr int kBlockEdge = 4;  ///< points along a block's edge
@@ -137,7 +137,7 @@ struct Measurement {
 
 std::string encode(const ObjectDistances& object, const Measurement& measurement) {
   std::string bytes;
-  put_counted(bytes, object.sides);
+  put_counted(bytes, object.face_classes);
   put(bytes, object.undecided_fraction);
   put(bytes, object.volume);
   put(bytes, object.smallest_component_share);
@@ -226,7 +226,8 @@ void set_grids(Measurement measurement, float size, ObjectDistances& object) {
 /// Sets all members of `object` but its key; returns false if the content is damaged or does not
 /// belong to the model.
 bool decode(std::string_view bytes, const Model& model, ObjectDistances& object) {
-  if (!take_counted(bytes, object.sides) || object.sides.size() != model.triangles.size())
+  if (!take_counted(bytes, object.face_classes) ||
+      object.face_classes.size() != model.triangles.size())
     return false;
   if (bytes.size() < 3 * sizeof(double) + sizeof(std::int64_t) + sizeof(std::uint8_t)) return false;
   object.undecided_fraction = take<double>(bytes);
@@ -253,7 +254,7 @@ MeasuredGrid measure_grid(const QueriedModel& queried, const DistanceMeasure& me
   return grid;
 }
 
-/// Measures the distances of a solid or a shell, and sets the object's face sides and undecided
+/// Measures the distances of a solid or a shell, and sets the object's face classes and undecided
 /// fraction.
 MeasuredGrid measure_solid(const Model& solid, const ClosestPointQuery& closest,
                            const InsideTest& inside, const DistanceMeasure& measure,
@@ -263,10 +264,10 @@ MeasuredGrid measure_solid(const Model& solid, const ClosestPointQuery& closest,
   const Mesh faces{solid.points, {}, solid.triangles};
   const bool closed = check_mesh(faces).is_closed() && volume_of(faces) > 0;
   object.undecided_fraction = closed ? 0 : measure_undecided_fraction(solid, inside);
-  object.sides = object.undecided_fraction < kMinShellFraction
-                     ? classify_faces(solid, inside, kFaceStep * measure.cell)
-                     : std::vector<FaceSide>(solid.triangles.size(), FaceSide::kSheet);
-  return measure_grid({solid, inside, closest, object.sides, solid.box()}, measure);
+  object.face_classes = object.undecided_fraction < kMinShellFraction
+                            ? classify_faces(solid, inside, kFaceStep * measure.cell)
+                            : std::vector<FaceClass>(solid.triangles.size(), FaceClass::kSheet);
+  return measure_grid({solid, inside, closest, object.face_classes, solid.box()}, measure);
 }
 
 /// Measures the solid that represents the model: the model itself, the result of solidify(), or the
@@ -278,8 +279,8 @@ Result<Measurement> measure_model(const Model& model, const ClosestPointQuery& c
     PM_TRY(const Model solid, solidify(model));
     measurement.solid =
         measure_solid(solid, ClosestPointQuery(solid), InsideTest(solid), measure, object);
-    // The sides of the model's triangles replace those of the solid's.
-    object.sides.assign(model.triangles.size(), FaceSide::kBoundary);
+    // The classes of the model's triangles replace those of the solid's.
+    object.face_classes.assign(model.triangles.size(), FaceClass::kBoundary);
     return measurement;
   }
   const InsideTest inside(model);
@@ -292,12 +293,12 @@ Result<Measurement> measure_model(const Model& model, const ClosestPointQuery& c
   measurement.solid =
       measure_solid(filled, ClosestPointQuery(filled), InsideTest(filled), measure, object);
   object.is_vessel = true;
-  const std::vector<FaceSide> walls(model.triangles.size(),
-                                    vessel->is_sheet ? FaceSide::kSheet : FaceSide::kBoundary);
+  const std::vector<FaceClass> walls(model.triangles.size(),
+                                     vessel->is_sheet ? FaceClass::kSheet : FaceClass::kBoundary);
   if (vessel->is_sheet)  // the filled model begins with the model's triangles
-    object.sides.resize(model.triangles.size());
+    object.face_classes.resize(model.triangles.size());
   else
-    object.sides = walls;
+    object.face_classes = walls;
   measurement.walls = measure_grid({model, inside, closest, walls, filled.box()}, measure);
   return measurement;
 }

@@ -19,8 +19,8 @@ inline constexpr std::uint32_t kDistancesVersion = 12;
 
 /// Signed distances of one object, and measures of their surface.
 struct ObjectDistances {
-  std::vector<FaceSide> sides;    ///< classify_faces(): one per triangle of the model
-  double undecided_fraction = 0;  ///< measure_undecided_fraction() (model/repair/shell.h)
+  std::vector<FaceClass> face_classes;  ///< classify_faces(): one per triangle of the model
+  double undecided_fraction = 0;        ///< measure_undecided_fraction() (model/repair/shell.h)
   std::shared_ptr<const DistanceGrid> grid;      ///< signed distances, positive inside
   std::shared_ptr<const DistanceGrid> thinness;  ///< limit_thinness() (field/thinness.h)
   std::shared_ptr<const DistanceGrid> smooth;    ///< remove_detail() (field/remove_detail.h)

@@ -41,7 +41,7 @@ Grid make_coarse_grid(const Box& box, float cell) {
 struct Solid {
   const InsideTest& inside;
   const ClosestPointQuery& closest;
-  std::span<const FaceSide> sides;
+  std::span<const FaceClass> face_classes;
   float thinnest = 0;
   float cell = 0;          ///< edge of a fine cell
   bool is_closed = false;  ///< every edge has two triangles
@@ -60,8 +60,8 @@ bool is_on_same_side(const Solid& solid, float distance, float spacing, float kn
 /// Tests whether the closest face lies inside the solid, so that the boundary is further away: a
 /// point just behind that face, seen from p, is then inside, too.
 bool is_hidden(const Solid& solid, Vec3 p, const ClosestPoint& closest, bool point_is_inside) {
-  const FaceSide side = solid.sides[closest.triangle];
-  return point_is_inside && (side == FaceSide::kMixed || side == FaceSide::kHidden) &&
+  const FaceClass face_class = solid.face_classes[closest.triangle];
+  return point_is_inside && (face_class == FaceClass::kMixed || face_class == FaceClass::kHidden) &&
          solid.inside.inside(closest.point + normalized(closest.point - p) * (0.02f * solid.cell));
 }
 
@@ -136,7 +136,7 @@ void set_near(const Solid& solid, Vec3 p, const ClosestPoint& closest, bool poin
               float& value) {
   if (is_hidden(solid, p, closest, point_is_inside)) return;
   float exact = point_is_inside ? closest.distance : -closest.distance;
-  if (!point_is_inside && solid.sides[closest.triangle] == FaceSide::kSheet)
+  if (!point_is_inside && solid.face_classes[closest.triangle] == FaceClass::kSheet)
     exact = std::max(exact, kThickening * solid.thinnest - closest.distance);
   const float t =
       std::clamp((closest.distance / solid.cell - kExact) / (kFar - kExact), 0.0f, 1.0f);
@@ -355,14 +355,14 @@ void set_lipschitz(DistanceGrid& distances) {
 
 DistanceGrid compute_signed_distances(const QueriedModel& queried, float cell, float thinnest,
                                       SmoothDistances* smooth) {
-  const auto& [model, inside, closest, sides, box] = queried;
-  PM_CHECK(cell > 0 && !model.triangles.empty() && sides.size() == model.triangles.size());
+  const auto& [model, inside, closest, face_classes, box] = queried;
+  PM_CHECK(cell > 0 && !model.triangles.empty() && face_classes.size() == model.triangles.size());
   const Grid coarse = make_coarse_grid(box, cell);
   DistanceGrid result;
   result.grid = make_distance_grid(box, cell);
-  Solid solid{inside, closest, sides, thinnest, result.grid.cell};
-  solid.is_shell =
-      std::all_of(sides.begin(), sides.end(), [](FaceSide s) { return s == FaceSide::kSheet; });
+  Solid solid{inside, closest, face_classes, thinnest, result.grid.cell};
+  solid.is_shell = std::all_of(face_classes.begin(), face_classes.end(),
+                               [](FaceClass c) { return c == FaceClass::kSheet; });
   solid.is_closed = check_mesh({model.points, {}, model.triangles}).is_closed();
   SmoothDistances spline{coarse, measure_coarse(solid, coarse)};
   result.values = evaluate_spline(spline, result.grid);

@@ -9,7 +9,7 @@
 #include "mesh/closest.h"
 #include "mesh/inside.h"
 #include "model/model.h"
-#include "model/repair/face_sides.h"
+#include "model/repair/face_classes.h"
 
 namespace polymorph {
 
@@ -43,14 +43,15 @@ struct QueriedModel {
   const Model& model;
   const InsideTest& inside;
   const ClosestPointQuery& closest;
-  std::span<const FaceSide> sides;  ///< results of classify_faces()
-  Box box;                          ///< bounds that the grid surrounds, usually those of the model
+  std::span<const FaceClass> face_classes;  ///< results of classify_faces()
+  Box box;  ///< bounds that the grid surrounds, usually those of the model
 };
 
 /// Computes signed distances to the model on the grid of make_distance_grid(). They are exact
 /// within two cells of the surface; over two more cells they blend into a smooth field (a quadratic
 /// B-spline over every fourth point), which rounds the ridges half way between faces. Faces inside
-/// the solid (FaceSide::kHidden) are ignored. If all faces are FaceSide::kSheet, nothing is inside.
+/// the solid (FaceClass::kHidden) are ignored. If all faces are FaceClass::kSheet, nothing is
+/// inside.
 ///
 /// `thinnest`: a radius, scene units. Parts and sheets thinner than 2 `thinnest` are thickened to
 /// that thickness, so that cells of about that size show them without gaps. Thin parts, narrow gaps

@@ -34,14 +34,15 @@ void prepare_transfer(PreparedObject& object, bool with_colors,
                       const std::filesystem::path& cache) {
   object.outer = object.closest;
   object.charts = find_texture_charts(object.model);
-  std::vector<FaceSide> sides = object.distances.sides;
-  if (sides.empty()) sides.assign(object.model.triangles.size(), FaceSide::kBoundary);
-  const std::vector<std::uint32_t> outer = list_outer_faces(sides);
-  if (outer.size() < sides.size())
+  std::vector<FaceClass> face_classes = object.distances.face_classes;
+  if (face_classes.empty())
+    face_classes.assign(object.model.triangles.size(), FaceClass::kBoundary);
+  const std::vector<std::uint32_t> outer = list_outer_faces(face_classes);
+  if (outer.size() < face_classes.size())
     object.outer = std::make_shared<const ClosestPointQuery>(object.model, outer);
   if (with_colors)
-    object.colors =
-        std::make_shared<const ColorVolume>(load_or_make_color_volume(object.model, sides, cache));
+    object.colors = std::make_shared<const ColorVolume>(
+        load_or_make_color_volume(object.model, face_classes, cache));
 }
 
 std::vector<std::uint32_t> label_numbers(const std::vector<std::string>& names,

@@ -71,8 +71,8 @@ Result<ObjectDistances> measure_distances(const PreparedObject& object,
                                           const std::filesystem::path& cache);
 
 /// Sets the members with which the object's colours are transferred to a surface: `outer`, `charts`
-/// and, if `with_colors`, `colors`. Faces inside the solid are left out if `distances.sides` is
-/// known. Colours are read and written in the cache, unless that is empty.
+/// and, if `with_colors`, `colors`. Faces inside the solid are left out if `distances.face_classes`
+/// is known. Colours are read and written in the cache, unless that is empty.
 void prepare_transfer(PreparedObject& object, bool with_colors, const std::filesystem::path& cache);
 
 /// Returns the index in `all` of each of `names`; `all` must contain them.

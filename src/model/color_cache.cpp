@@ -12,11 +12,11 @@ namespace polymorph {
 namespace {
 
 /// Hashes all that make_color_volume() reads.
-std::string make_color_key(const Model& model, std::span<const FaceSide> sides) {
+std::string make_color_key(const Model& model, std::span<const FaceClass> face_classes) {
   Hasher hasher;
   hasher.add("color volume").add(kColorVolumeVersion);
   hasher.add(std::span<const Vec3>(model.points)).add(std::span<const Triangle>(model.triangles));
-  hasher.add(std::span<const Vec2>(model.corner_uvs)).add(sides);
+  hasher.add(std::span<const Vec2>(model.corner_uvs)).add(face_classes);
   hasher.add(std::span<const std::uint32_t>(model.triangle_materials));
   hasher.add(model.materials.size());
   for (const Material& material : model.materials)
@@ -46,10 +46,10 @@ std::optional<ColorVolume> decode_colors(std::string_view bytes) {
 
 }  // namespace
 
-ColorVolume load_or_make_color_volume(const Model& model, std::span<const FaceSide> sides,
+ColorVolume load_or_make_color_volume(const Model& model, std::span<const FaceClass> face_classes,
                                       const std::filesystem::path& folder) {
-  if (folder.empty()) return make_color_volume(model, sides);
-  const std::string key = make_color_key(model, sides);
+  if (folder.empty()) return make_color_volume(model, face_classes);
+  const std::string key = make_color_key(model, face_classes);
   if (const auto bytes = load_cached(folder, key, kColorFiles)) {
     const char* problem = nullptr;
     const auto content = cached_content(*bytes, key, kColorFiles, problem);
@@ -57,7 +57,7 @@ ColorVolume load_or_make_color_volume(const Model& model, std::span<const FaceSi
     if (stored) return std::move(*stored);
     warn_unusable(folder, key, kColorFiles, "holds no sound colours");
   }
-  ColorVolume volume = make_color_volume(model, sides);
+  ColorVolume volume = make_color_volume(model, face_classes);
   std::string bytes;
   put(bytes, volume.grid.origin);
   put(bytes, volume.grid.cell);

@@ -77,7 +77,7 @@ Vec3 sample_color(const Model& model, const SurfaceSample& sample) {
 
 /// Distributes the colours of samples to the grid points around them, by trilinear weights. Samples
 /// of hidden faces are left out.
-std::vector<WeightedColor> splat_samples(const Model& model, std::span<const FaceSide> sides,
+std::vector<WeightedColor> splat_samples(const Model& model, std::span<const FaceClass> classes,
                                          const Grid& grid) {
   const std::vector<SurfaceSample> samples = sample_surface(model, kSamples);
   std::vector<Vec3> colors(samples.size());
@@ -90,7 +90,7 @@ std::vector<WeightedColor> splat_samples(const Model& model, std::span<const Fac
       /*grain=*/1024);
   std::vector<WeightedColor> sums(array3_count(grid.points));
   for (std::size_t k = 0; k < samples.size(); ++k) {
-    if (sides[samples[k].triangle] == FaceSide::kHidden) continue;
+    if (classes[samples[k].triangle] == FaceClass::kHidden) continue;
     const CellCorners corners(grid, samples[k].point);
     for (int i = 0; i < 8; ++i) {
       sums[corners.index[i]] += weighted(colors[k], corners.weight[i]);
@@ -163,8 +163,8 @@ bool is_one_color(const Model& model) {
                      });
 }
 
-ColorVolume make_color_volume(const Model& model, std::span<const FaceSide> sides) {
-  PM_CHECK(sides.size() == model.triangles.size());
+ColorVolume make_color_volume(const Model& model, std::span<const FaceClass> classes) {
+  PM_CHECK(classes.size() == model.triangles.size());
   constexpr int kMargin = 3;  // cells
   const Box box = model.box();
   ColorVolume volume;
@@ -176,7 +176,7 @@ ColorVolume make_color_volume(const Model& model, std::span<const FaceSide> side
   const Vec3 size = box.size();
   volume.grid.points = {count_points(size.x), count_points(size.y), count_points(size.z)};
   std::vector<WeightedColor> sums(array3_count(volume.grid.points));
-  const std::vector<WeightedColor> samples = splat_samples(model, sides, volume.grid);
+  const std::vector<WeightedColor> samples = splat_samples(model, classes, volume.grid);
   WeightedColor total{};
   for (const WeightedColor& sample : samples) total += sample;
   for (std::size_t k = 0; k < kDeviations.size(); ++k) {

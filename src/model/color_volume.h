@@ -6,7 +6,7 @@
 
 #include "kernels/types.h"
 #include "model/model.h"
-#include "model/repair/face_sides.h"
+#include "model/repair/face_classes.h"
 
 namespace polymorph {
 
@@ -23,10 +23,10 @@ struct ColorVolume {
 bool is_one_color(const Model& model);
 
 /// Computes, at each grid point, a weighted mean of the colours (texture times material) of the
-/// model's surface. Hidden faces (FaceSide::kHidden in `sides`, one per triangle) are left out. The
-/// weights are three Gaussians with standard deviations of 1.5, 4.5 and 13.5 % of the box's
+/// model's surface. Hidden faces (FaceClass::kHidden in `classes`, one per triangle) are left out.
+/// The weights are three Gaussians with standard deviations of 1.5, 4.5 and 13.5 % of the box's
 /// diagonal; the wider ones matter only where the narrower ones do not reach the surface. Seams
 /// between texture charts leave no trace, because the mean is taken in space. Deterministic.
-ColorVolume make_color_volume(const Model& model, std::span<const FaceSide> sides);
+ColorVolume make_color_volume(const Model& model, std::span<const FaceClass> classes);
 
 }  // namespace polymorph

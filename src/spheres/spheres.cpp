@@ -152,7 +152,7 @@ Result<Model> thicken_shell(const Model& model, const InsideTest& inside, bool c
   const Vec3 size = model.box().size();
   const float cell = std::max({size.x, size.y, size.z}) / cells;
   if (!(cell > 0)) return make_error(ErrorCode::kInput, "model \"{}\" has no extent", model.name);
-  const std::vector<FaceSide> sheets(model.triangles.size(), FaceSide::kSheet);
+  const std::vector<FaceClass> sheets(model.triangles.size(), FaceClass::kSheet);
   const auto distances = std::make_shared<const DistanceGrid>(
       compute_signed_distances({model, inside, ClosestPointQuery(model), sheets, model.box()},
                                0.5f * cell, kThinnestPart * cell));

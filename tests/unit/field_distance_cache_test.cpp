@@ -17,7 +17,7 @@ class DistanceCacheTest : public ::testing::Test {
  protected:
   ObjectDistances made(const Model& model, bool cached, float cell = 0.05f) {
     const auto engine = make_cpu_engine();
-    const DistanceMeasure measure = {cell, 0.04f, 0.001, false};
+    const DistanceMeasure measure = {.cell = cell, .thinnest = 0.04f, .min_component_share = 0.001};
     const std::filesystem::path folder = cached ? folder_.path() : std::filesystem::path{};
     auto made =
         load_or_measure_distances(model, ClosestPointQuery(model), measure, *engine, folder);
@@ -32,7 +32,7 @@ class DistanceCacheTest : public ::testing::Test {
 
 void expect_same(const ObjectDistances& a, const ObjectDistances& b) {
   EXPECT_EQ(a.key, b.key);
-  EXPECT_EQ(a.sides, b.sides);
+  EXPECT_EQ(a.face_classes, b.face_classes);
   EXPECT_EQ(a.volume, b.volume);
   EXPECT_EQ(a.smallest_component_share, b.smallest_component_share);
   EXPECT_EQ(a.grid->values, b.grid->values);
@@ -46,7 +46,8 @@ TEST_F(DistanceCacheTest, GivesBackWhatWasMadeToTheBit) {
     const ObjectDistances fresh = made(model, false), stored = made(model, true);
     ASSERT_TRUE(std::filesystem::exists(file_of(stored))) << shape;
     const auto bytes = std::filesystem::file_size(file_of(stored));
-    EXPECT_LT(bytes, fresh.grid->values.size() * sizeof(float) / 2) << "only what is near is kept";
+    EXPECT_LT(bytes, fresh.grid->values.size() * sizeof(float) / 2)
+        << "only distances near the surface are stored";
     const ObjectDistances read = made(model, true);
     expect_same(fresh, stored);
     expect_same(fresh, read);
@@ -63,24 +64,26 @@ TEST_F(DistanceCacheTest, ADamagedFileIsMadeAnew) {
   const Model model = *make_shape("torus");
   const ObjectDistances fresh = made(model, true);
   std::string bytes = *read_file(file_of(fresh));
+  // 60 bytes end within the header (base/cache_file.cpp).
   for (const std::size_t cut : {bytes.size() - 1, bytes.size() / 2, std::size_t{60}}) {
     ASSERT_TRUE(write_file(file_of(fresh), bytes.substr(0, cut)).ok());
     expect_same(fresh, made(model, true));
-    EXPECT_EQ(*read_file(file_of(fresh)), bytes) << "and kept again";
+    EXPECT_EQ(*read_file(file_of(fresh)), bytes) << "and stored again";
   }
   bytes[bytes.size() / 2] ^= 1;
   ASSERT_TRUE(write_file(file_of(fresh), bytes).ok());
   expect_same(fresh, made(model, true));
 }
 
-TEST_F(DistanceCacheTest, AVesselHasItsWallsAndIsFullWithoutDetail) {
+TEST_F(DistanceCacheTest, AVesselHasItsWallsAndIsFilledWithoutDetail) {
   const Model cup = lathe({{0, 0}, {1, 0}, {1, 2}});
   const ObjectDistances object = made(cup, true);
   ASSERT_TRUE(object.is_vessel);
   EXPECT_FALSE(is_shell(object));
-  EXPECT_NEAR(object.volume, 2 * M_PI, 0.1 * 2 * M_PI) << "when full";
+  EXPECT_NEAR(object.volume, 2 * M_PI, 0.1 * 2 * M_PI) << "the volume is that of the filled vessel";
+  // `smooth` (remove_detail()) fills the vessel.
   const DistanceField walls(object.grid->grid, object.grid->values.data()),
-      full(object.smooth->grid, object.smooth->values.data());
+      filled(object.smooth->grid, object.smooth->values.data());
   const auto at = [](const DistanceField& field, Vec3 p) {
     return field.value(Points<float>{p.x, p.y, p.z});
   };
@@ -88,10 +91,10 @@ TEST_F(DistanceCacheTest, AVesselHasItsWallsAndIsFullWithoutDetail) {
   EXPECT_GT(at(walls, {0, 0, 0.5f}), 0) << "the bottom";
   EXPECT_LT(at(walls, {0, 1, 0}), 0);
   EXPECT_LT(at(walls, {0, 2.1f, 0}), 0);
-  EXPECT_GT(at(full, {0, 1, 0}), 0.5f);
-  EXPECT_LT(at(full, {0, 2.1f, 0}), 0);
+  EXPECT_GT(at(filled, {0, 1, 0}), 0.5f);
+  EXPECT_LT(at(filled, {0, 2.1f, 0}), 0);
   // Where a quarter of the detail is gone, the walls have grown, but the middle is still empty.
-  const auto mix = [&](Vec3 p) { return 0.75f * at(walls, p) + 0.25f * at(full, p); };
+  const auto mix = [&](Vec3 p) { return 0.75f * at(walls, p) + 0.25f * at(filled, p); };
   EXPECT_GT(mix({0.7f, 1, 0}), 0);
   EXPECT_LT(mix({0, 1, 0}), 0);
   const ObjectDistances stored = made(cup, true);
@@ -99,14 +102,14 @@ TEST_F(DistanceCacheTest, AVesselHasItsWallsAndIsFullWithoutDetail) {
   expect_same(object, stored);
 }
 
-/// Where this fails although the distances are meant to have changed: raise kDistancesVersion, and
-/// put the new digests here. Else files of an older program would be taken for this one's.
+/// If this fails because the distances were changed on purpose, raise kDistancesVersion and put the
+/// new digests here. Otherwise files of an older program would be taken for this one's.
 TEST_F(DistanceCacheTest, TheVersionBelongsToTheseDistances) {
   const auto digest = [&](const Model& model) {
     const ObjectDistances object = made(model, false);
     Hasher hasher;
     hasher.add(std::span<const float>(object.grid->values)).add(object.volume);
-    hasher.add(std::span<const FaceSide>(object.sides))
+    hasher.add(std::span<const FaceClass>(object.face_classes))
         .add(object.smallest_component_share)
         .add(object.genus);
     return hasher.hex();

@@ -31,10 +31,10 @@ Model textured_model() {
 
 class ColorCacheTest : public ::testing::Test {
  protected:
-  ColorVolume made(const Model& model, FaceSide first = FaceSide::kBoundary) {
-    std::vector<FaceSide> sides(model.triangles.size(), FaceSide::kBoundary);
-    sides[0] = first;
-    return load_or_make_color_volume(model, sides, folder_.path());
+  ColorVolume made(const Model& model, FaceClass first = FaceClass::kBoundary) {
+    std::vector<FaceClass> face_classes(model.triangles.size(), FaceClass::kBoundary);
+    face_classes[0] = first;
+    return load_or_make_color_volume(model, face_classes, folder_.path());
   }
   std::vector<std::filesystem::path> files() {
     std::vector<std::filesystem::path> found;
@@ -53,8 +53,8 @@ void expect_same_colors(const ColorVolume& a, const ColorVolume& b) {
 
 TEST_F(ColorCacheTest, GivesBackWhatWasMadeToTheBit) {
   const Model model = textured_model();
-  const std::vector<FaceSide> sides(model.triangles.size(), FaceSide::kBoundary);
-  const ColorVolume fresh = make_color_volume(model, sides);
+  const std::vector<FaceClass> face_classes(model.triangles.size(), FaceClass::kBoundary);
+  const ColorVolume fresh = make_color_volume(model, face_classes);
   expect_same_colors(fresh, made(model));
   ASSERT_EQ(files().size(), 1u);
   EXPECT_EQ(files()[0].extension(), kColorFiles.extension);
@@ -103,8 +103,8 @@ TEST_F(ColorCacheTest, AllInputsChangeTheKey) {
   other.textures = {std::make_shared<const Image>(std::move(image))};
   expect_new_key(other, "texture");
   const std::size_t before = files().size();
-  made(model, FaceSide::kHidden);
-  EXPECT_EQ(files().size(), before + 1) << "sides";
+  made(model, FaceClass::kHidden);
+  EXPECT_EQ(files().size(), before + 1) << "face_classes";
 }
 
 TEST_F(ColorCacheTest, ADamagedFileIsMadeAnew) {

@@ -23,8 +23,8 @@ Model red_and_green() {
   return model;
 }
 
-std::vector<FaceSide> all_bounding(const Model& model) {
-  return std::vector<FaceSide>(model.triangles.size(), FaceSide::kBoundary);
+std::vector<FaceClass> all_bounding(const Model& model) {
+  return std::vector<FaceClass>(model.triangles.size(), FaceClass::kBoundary);
 }
 
 TEST(ColorVolume, HasTheModelsColoursAtItsFaces) {
@@ -61,11 +61,11 @@ TEST(ColorVolume, LeavesOutHiddenFaces) {
   model.materials = {colored({0, 0, 1}), colored({1, 0, 0})};
   model.triangle_materials.assign(12, 0);
   model.triangle_materials.resize(24, 1);
-  const std::vector<FaceSide> sides = classify_faces(model, InsideTest(model), 0.01f);
+  const std::vector<FaceClass> classes = classify_faces(model, InsideTest(model), 0.01f);
   for (std::size_t t = 0; t < 24; ++t)
-    EXPECT_EQ(sides[t], t < 12 ? FaceSide::kBoundary : FaceSide::kHidden) << t;
-  EXPECT_EQ(list_outer_faces(sides).size(), 12u);
-  const Vec3 seen = make_color_volume(model, sides).at({1, 1, 1.4f});
+    EXPECT_EQ(classes[t], t < 12 ? FaceClass::kBoundary : FaceClass::kHidden) << t;
+  EXPECT_EQ(list_outer_faces(classes).size(), 12u);
+  const Vec3 seen = make_color_volume(model, classes).at({1, 1, 1.4f});
   EXPECT_EQ(seen.x, 0) << "the inner box is not seen";
   EXPECT_GT(make_color_volume(model, all_bounding(model)).at({1, 1, 1.4f}).x, 0.3f);
 }

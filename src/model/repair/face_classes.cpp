@@ -1,4 +1,4 @@
-#include "model/repair/face_sides.h"
+#include "model/repair/face_classes.h"
 
 #include <algorithm>
 #include <array>
@@ -12,8 +12,8 @@
 namespace polymorph {
 namespace {
 
-FaceSide classify_face(const Model& model, const Triangle& triangle, const InsideTest& inside,
-                       float step) {
+FaceClass classify_face(const Model& model, const Triangle& triangle, const InsideTest& inside,
+                        float step) {
   const Vec3 a = model.points[triangle.v[0]], b = model.points[triangle.v[1]],
              c = model.points[triangle.v[2]];
   const Vec3 normal = normalized(cross(b - a, c - a));
@@ -37,53 +37,53 @@ FaceSide classify_face(const Model& model, const Triangle& triangle, const Insid
     hidden += low >= kDecidedWinding;
   }
   constexpr int kTested = kBarycentric.size();
-  if (boundary == kTested) return FaceSide::kBoundary;
-  if (sheet == kTested) return FaceSide::kSheet;
-  return hidden == kTested ? FaceSide::kHidden : FaceSide::kMixed;
+  if (boundary == kTested) return FaceClass::kBoundary;
+  if (sheet == kTested) return FaceClass::kSheet;
+  return hidden == kTested ? FaceClass::kHidden : FaceClass::kMixed;
 }
 
-std::vector<FaceSide> classify_each(const Model& model, const InsideTest& inside, float step) {
-  std::vector<FaceSide> sides(model.triangles.size(), FaceSide::kMixed);
+std::vector<FaceClass> classify_each(const Model& model, const InsideTest& inside, float step) {
+  std::vector<FaceClass> classes(model.triangles.size(), FaceClass::kMixed);
   parallel_for(
-      static_cast<std::int64_t>(sides.size()),
+      static_cast<std::int64_t>(classes.size()),
       [&](std::int64_t index) {
         const auto t = static_cast<std::size_t>(index);
-        sides[t] = classify_face(model, model.triangles[t], inside, step);
+        classes[t] = classify_face(model, model.triangles[t], inside, step);
       },
       /*grain=*/64);
-  return sides;
+  return classes;
 }
 
 }  // namespace
 
-std::vector<FaceSide> classify_faces(const Model& model, const InsideTest& inside, float step) {
+std::vector<FaceClass> classify_faces(const Model& model, const InsideTest& inside, float step) {
   const std::optional<ClusteredModel> clustered = cluster_long_triangles(model);
   if (!clustered) return classify_each(model, inside, step);
   // Each evaluation of the winding number visits nearly all long triangles, so it is made only for
   // the triangles of the simpler model.
-  const std::vector<FaceSide> clustered_sides = classify_each(clustered->model, inside, step);
+  const std::vector<FaceClass> clustered_classes = classify_each(clustered->model, inside, step);
   const ClosestPointQuery closest(clustered->model);
-  std::vector<FaceSide> sides(model.triangles.size(), FaceSide::kMixed);
+  std::vector<FaceClass> classes(model.triangles.size(), FaceClass::kMixed);
   parallel_for(
-      static_cast<std::int64_t>(sides.size()),
+      static_cast<std::int64_t>(classes.size()),
       [&](std::int64_t index) {
         const auto t = static_cast<std::size_t>(index);
         const auto& v = model.triangles[t].v;
         const Vec3 middle =
             (model.points[v[0]] + model.points[v[1]] + model.points[v[2]]) * (1.0f / 3);
         const std::uint32_t nearest = closest.closest(middle).triangle;
-        if (nearest != ClosestPoint::kNoTriangle) sides[t] = clustered_sides[nearest];
+        if (nearest != ClosestPoint::kNoTriangle) classes[t] = clustered_classes[nearest];
       },
       /*grain=*/64);
-  return sides;
+  return classes;
 }
 
-std::vector<std::uint32_t> list_outer_faces(const std::vector<FaceSide>& sides) {
+std::vector<std::uint32_t> list_outer_faces(const std::vector<FaceClass>& classes) {
   std::vector<std::uint32_t> faces;
-  for (std::size_t t = 0; t < sides.size(); ++t)
-    if (sides[t] != FaceSide::kHidden) faces.push_back(static_cast<std::uint32_t>(t));
+  for (std::size_t t = 0; t < classes.size(); ++t)
+    if (classes[t] != FaceClass::kHidden) faces.push_back(static_cast<std::uint32_t>(t));
   if (faces.empty()) {
-    faces.resize(sides.size());
+    faces.resize(classes.size());
     std::iota(faces.begin(), faces.end(), 0u);
   }
   return faces;

@@ -11,7 +11,7 @@
 namespace polymorph {
 
 /// Classes of faces by whether their two sides are inside the solid.
-enum class FaceSide : std::uint8_t {
+enum class FaceClass : std::uint8_t {
   kBoundary,  ///< inside on exactly one side
   kMixed,     ///< different classes at the tested points of the face
   kSheet,     ///< outside on both sides, or undecided
@@ -23,12 +23,13 @@ enum class FaceSide : std::uint8_t {
 inline constexpr double kDecidedWinding = 0.75;
 
 /// Classifies each triangle by the winding numbers at the distance `step` (model units) on both
-/// sides of its centroid and of three points near its corners. If thousands of triangles are long,
+/// sides of its centroid and of three points near its corners. If more than 16384 triangles are
+/// longer than a 64th of the box's diagonal, each winding number would visit nearly all of them, so
 /// the triangles of a simpler model (cluster_long_triangles()) are classified instead. Each
 /// original triangle then takes the class of the simpler model's triangle closest to its centroid.
-std::vector<FaceSide> classify_faces(const Model& model, const InsideTest& inside, float step);
+std::vector<FaceClass> classify_faces(const Model& model, const InsideTest& inside, float step);
 
 /// Lists the triangles that are not hidden, ascending; all of them if every one is hidden.
-std::vector<std::uint32_t> list_outer_faces(const std::vector<FaceSide>& sides);
+std::vector<std::uint32_t> list_outer_faces(const std::vector<FaceClass>& classes);
 
 }  // namespace polymorph

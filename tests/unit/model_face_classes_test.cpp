@@ -1,4 +1,4 @@
-#include "model/repair/face_sides.h"
+#include "model/repair/face_classes.h"
 
 #include <gtest/gtest.h>
 
@@ -26,27 +26,27 @@ Model cone(std::uint32_t count, bool closed) {
   return model;
 }
 
-double share_of(const std::vector<FaceSide>& sides, FaceSide side) {
-  return static_cast<double>(std::count(sides.begin(), sides.end(), side)) /
-         static_cast<double>(sides.size());
+double share_of(const std::vector<FaceClass>& classes, FaceClass face_class) {
+  return static_cast<double>(std::count(classes.begin(), classes.end(), face_class)) /
+         static_cast<double>(classes.size());
 }
 
-TEST(FaceSides, AClosedBodyHasBoundaries) {
+TEST(FaceClasses, AClosedBodyHasBoundaries) {
   for (const std::uint32_t count : {90u, 9000u}) {
     const Model model = cone(count, true);
-    const auto sides = classify_faces(model, InsideTest(model), 1e-3f);
-    EXPECT_EQ(share_of(sides, FaceSide::kBoundary), 1) << count;
+    const auto classes = classify_faces(model, InsideTest(model), 1e-3f);
+    EXPECT_EQ(share_of(classes, FaceClass::kBoundary), 1) << count;
   }
 }
 
-TEST(FaceSides, ThousandsOfLongTrianglesAreAsFewAre) {
+TEST(FaceClasses, ThousandsOfLongTrianglesAreAsFewAre) {
   const Model few = cone(90, false), many = cone(20000, false);
-  const auto sides = classify_faces(few, InsideTest(few), 1e-3f),
+  const auto classes = classify_faces(few, InsideTest(few), 1e-3f),
              of_many = classify_faces(many, InsideTest(many), 1e-3f);
   ASSERT_EQ(of_many.size(), many.triangles.size());
-  for (const FaceSide side :
-       {FaceSide::kBoundary, FaceSide::kMixed, FaceSide::kSheet, FaceSide::kHidden})
-    EXPECT_NEAR(share_of(of_many, side), share_of(sides, side), 0.02);
+  for (const FaceClass face_class :
+       {FaceClass::kBoundary, FaceClass::kMixed, FaceClass::kSheet, FaceClass::kHidden})
+    EXPECT_NEAR(share_of(of_many, face_class), share_of(classes, face_class), 0.02);
 }
 
 }  // namespace
