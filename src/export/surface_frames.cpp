@@ -192,9 +192,9 @@ SurfaceFrame extracted_frame(const PreparedActor& actor, const ActorGeometry& ge
   for (const ObjectLayer& over : geometry.look.layers) {
     const Model& model = over.object->model;
     if (model.materials.empty()) continue;  // an unfinished morph has no materials
-    for (Layer& below : layers) below.weight *= 1 - over.share;
+    for (Layer& below : layers) below.weight *= 1 - over.opacity;
     layers.push_back({&model, over.materials.corner_uvs, over.materials.triangle_materials,
-                      layers.empty() ? 1.0f : over.share});
+                      layers.empty() ? 1.0f : over.opacity});
   }
   add_looks(actor, layers, layers.empty() ? 1.0f : 0.0f, look, frame);
   const SurfaceLook& surface_look = geometry.look;

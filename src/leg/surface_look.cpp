@@ -84,10 +84,11 @@ ColorFade color_fade(float u) {
 }
 
 ObjectLayer object_layer(std::shared_ptr<const PreparedObject> object,
-                         std::span<const Triangle> triangles, const Origins& origins, float share) {
+                         std::span<const Triangle> triangles, const Origins& origins,
+                         float opacity) {
   TransferredMaterials materials =
       transfer_materials(object->model, *object->outer, object->charts, origins, triangles);
-  return {std::move(object), share, std::move(materials)};
+  return {std::move(object), opacity, std::move(materials)};
 }
 
 Vec3 plain_color(const PreparedObject& object, Vec3 at) {

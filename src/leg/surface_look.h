@@ -26,14 +26,14 @@ ColorFade color_fade(float u);
 /// An object's materials, transferred to a surface.
 struct ObjectLayer {
   std::shared_ptr<const PreparedObject> object;
-  float share = 1;  ///< opacity over the layers below
+  float opacity = 1;  ///< [0, 1], over the layers below
   TransferredMaterials materials;
 };
 /// Transfers an object's materials to a surface whose vertices correspond to the points `origins`
 /// of the object.
 ObjectLayer object_layer(std::shared_ptr<const PreparedObject> object,
                          std::span<const Triangle> triangles, const Origins& origins,
-                         float share = 1);
+                         float opacity = 1);
 
 /// Look of a surface made from the materials of its objects.
 struct SurfaceLook {

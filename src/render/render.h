@@ -51,7 +51,7 @@ TexturePoint texture_point(const MaterialLayer& layer, std::uint32_t triangle, f
 
 /// A layer that is blended over others: all parameters of the materials are interpolated.
 struct MixedLayer : MaterialLayer {
-  float share = 0;  ///< weight of this layer, [0, 1]; the layers below it have the rest
+  float opacity = 0;  ///< weight of this layer over those below it, which have the rest; [0, 1]
 };
 
 /// One surface to trace, with its own materials. Spans are borrowed while a frame is rendered.
@@ -60,8 +60,8 @@ struct RenderMesh : MaterialLayer {
   std::span<const Triangle> triangles;
   std::span<const Vec3> vertex_normals;  ///< one per position, or empty
   std::span<const Vec3>
-      corner_normals;            ///< 3 per triangle, or empty; used when vertex_normals is empty
-  std::vector<MixedLayer> over;  ///< layers blended over this one, the lowest first
+      corner_normals;  ///< 3 per triangle, or empty; used when vertex_normals is empty
+  std::vector<MixedLayer> upper_layers;  ///< layers blended over this one, the lowest first
   /// Scene-linear colours, one per position, or empty. They are blended over the layers' colours.
   std::span<const Vec3> vertex_colors;
   float vertex_color_opacity = 0;  ///< [0, 1]
@@ -83,7 +83,8 @@ struct RenderMesh : MaterialLayer {
 /// Tests whether the predicate holds for the mesh's own layer or for one blended over it.
 template <class Predicate>
 bool any_layer(const RenderMesh& mesh, const Predicate& predicate) {
-  return predicate(mesh) || std::any_of(mesh.over.begin(), mesh.over.end(), predicate);
+  return predicate(mesh) ||
+         std::any_of(mesh.upper_layers.begin(), mesh.upper_layers.end(), predicate);
 }
 
 /// A camera with resolved position, orientation and lens.

@@ -92,7 +92,7 @@ TEST_P(LegSurfaceTest, LabelsAndLayersAreThoseOfBothObjects) {
   ASSERT_EQ(look->layers.size(), 2u);
   EXPECT_EQ(look->layers[0].object, one->from);
   EXPECT_EQ(look->layers[1].object, one->to);
-  EXPECT_NEAR(look->layers[1].share, 0.5f, 0.1f);
+  EXPECT_NEAR(look->layers[1].opacity, 0.5f, 0.1f);
 }
 
 TEST_P(LegSurfaceTest, ItsFieldIsZeroOnTheMeshAndPositiveInside) {

@@ -62,10 +62,10 @@ TEST_F(MixedLook, LayersLabelsAndNormalsFollowTheWeights) {
   ASSERT_TRUE(pulled.ok());
   const SurfaceLook look = weighted_look(*pulled, surface->mesh.triangles);
   ASSERT_EQ(look.layers.size(), 3u);
-  EXPECT_EQ(look.layers[0].share, 1);
+  EXPECT_EQ(look.layers[0].opacity, 1);
   const std::vector<float> shares = color_shares(weights);
-  EXPECT_NEAR(look.layers[2].share, shares[2], 1e-6f);
-  EXPECT_NEAR((1 - look.layers[2].share) * look.layers[1].share, shares[1], 1e-6f);
+  EXPECT_NEAR(look.layers[2].opacity, shares[2], 1e-6f);
+  EXPECT_NEAR((1 - look.layers[2].opacity) * look.layers[1].opacity, shares[1], 1e-6f);
   for (const std::uint32_t label : weighted_labels(*pulled)) EXPECT_EQ(label, 2u);
   // Far from all objects the normals are the surface's own.
   Mesh same = surface->mesh;

@@ -112,8 +112,8 @@ TEST(Cryptomatte, MaterialsAreMixedAsTheyLook) {
   other[0].name = "coat";
   MixedLayer over;
   over.materials = other;
-  over.share = 0.25f;
-  mesh.over = {over};
+  over.opacity = 0.25f;
+  mesh.upper_layers = {over};
   mesh.look = 0.5f;
   const Image image = render_or_fail(stage.scene, stage.settings);
   const double ball = sum_of(coverage(image, "crypto_object", "ball"));

@@ -326,8 +326,8 @@ TEST(ScalarTracer, BordersOfMaterialsHaveTheSameBits) {
   expect_same_bits(studio.scene, small_settings(32));
   MixedLayer over;
   static_cast<MaterialLayer&>(over) = square.view();
-  over.share = 0.4f;
-  studio.scene.meshes[1].over.push_back(over);
+  over.opacity = 0.4f;
+  studio.scene.meshes[1].upper_layers.push_back(over);
   RenderSettings settings = small_settings(32);
   settings.image.aovs = "all";
   expect_same_bits(studio.scene, settings);

@@ -86,7 +86,7 @@ TEST_F(PaintTest, HidesTheMaterials) {
     for (const RenderMesh& mesh : render_scene(prepared, geometry).meshes) {
       EXPECT_EQ(mesh.vertex_colors.size(), mesh.positions.size());
       EXPECT_EQ(mesh.vertex_color_opacity, 1);
-      EXPECT_TRUE(mesh.over.empty() && mesh.textures.empty() && mesh.look == 0);
+      EXPECT_TRUE(mesh.upper_layers.empty() && mesh.textures.empty() && mesh.look == 0);
     }
   }
 }

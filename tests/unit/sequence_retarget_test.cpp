@@ -139,10 +139,10 @@ TEST_F(RetargetTest, ItsColoursAreThoseOfAllThatItWasBetween) {
   ASSERT_TRUE(late.ok());
   ASSERT_EQ(late->actors[0].look.layers.size(), 1u) << "all others have no share any more";
   EXPECT_EQ(late->actors[0].look.layers[0].object, prepared.actors[0].objects[2]);
-  EXPECT_NEAR(layers[1].share, old_layers[1].share, 0.1f);
+  EXPECT_NEAR(layers[1].opacity, old_layers[1].opacity, 0.1f);
   const float left = progress_at(prepared.actors[0].legs[0]->plan, 0.45f);
-  EXPECT_GT(layers[1].share, 0.0f);
-  EXPECT_LT(layers[1].share, left);  // colours change later than the shape, until half way
+  EXPECT_GT(layers[1].opacity, 0.0f);
+  EXPECT_LT(layers[1].opacity, left);  // colours change later than the shape, until half way
 }
 
 TEST_F(RetargetTest, ItHasColoursWhereverItWasLeft) {

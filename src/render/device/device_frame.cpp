@@ -83,12 +83,12 @@ DeviceTracedMesh pack_mesh(const MeshToTrace& traced, Packer& packer) {
   mesh.corner_normals = packer.put(from.corner_normals);
   mesh.vertex_colors = packer.put(from.vertex_colors);
   if (traced.moves()) mesh.displacement = packer.put(from.displacement);
-  std::vector<DeviceLayer> over;
-  for (const MixedLayer& layer : from.over) {
-    over.push_back(pack_layer(layer, packer));
-    over.back().share = layer.share;
+  std::vector<DeviceLayer> upper_layers;
+  for (const MixedLayer& layer : from.upper_layers) {
+    upper_layers.push_back(pack_layer(layer, packer));
+    upper_layers.back().opacity = layer.opacity;
   }
-  mesh.over = packer.put(over);
+  mesh.upper_layers = packer.put(upper_layers);
   mesh.vertex_color_opacity = from.vertex_color_opacity;
   mesh.look = from.look;
   mesh.moves = from.moves;

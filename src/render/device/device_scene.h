@@ -41,7 +41,7 @@ struct DeviceLayer {
   std::span<const DeviceMaterial> materials;
   std::span<const TextureView* const> textures;
   DeviceBorders borders;
-  float share = 0;
+  float opacity = 0;  ///< MixedLayer::opacity
 };
 PM_HD inline TexturePoint texture_point(const DeviceLayer& layer, std::uint32_t triangle, float u,
                                         float v) {
@@ -53,7 +53,7 @@ struct DeviceMesh : DeviceLayer {
   std::span<const Vec3> positions;
   std::span<const Triangle> triangles;
   std::span<const Vec3> vertex_normals, corner_normals, vertex_colors, displacement;
-  std::span<const DeviceLayer> over;
+  std::span<const DeviceLayer> upper_layers;
   float vertex_color_opacity = 0, look = 0;
   bool moves = false;
 };

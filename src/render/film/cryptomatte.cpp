@@ -99,7 +99,7 @@ Mattes::Mattes(const std::string& layers, const RenderScene& scene) {
         ids.materials.back().push_back(add_id(Kind::kMaterial, material.name));
     };
     add_layer(mesh);
-    for (const MixedLayer& layer : mesh.over) add_layer(layer);
+    for (const MixedLayer& layer : mesh.upper_layers) add_layer(layer);
     if (mesh.look > 0 || mesh.materials.empty()) look_ = add_id(Kind::kMaterial, "look");
     for (const std::string& label : mesh.label_names)
       ids.labels.push_back(add_id(Kind::kLabel, label));
@@ -163,10 +163,10 @@ void Mattes::add_material(const RenderMesh& mesh, const MeshIds& ids, const Mesh
   pixel.add(look_, look);
   // From the topmost layer down: a layer leaves the fraction 1 - opacity to the layers below it.
   float remaining = 1 - look;
-  for (std::size_t i = mesh.over.size(); i-- > 0;) {
-    const MixedLayer& layer = mesh.over[i];
+  for (std::size_t i = mesh.upper_layers.size(); i-- > 0;) {
+    const MixedLayer& layer = mesh.upper_layers[i];
     if (layer.materials.empty()) continue;
-    const float opacity = std::clamp(layer.share, 0.0f, 1.0f);
+    const float opacity = std::clamp(layer.opacity, 0.0f, 1.0f);
     pixel.add(find_id(layer, i + 1), remaining * opacity);
     remaining *= 1 - opacity;
   }

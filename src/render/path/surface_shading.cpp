@@ -145,9 +145,9 @@ ShadingOf<Pack3> layer_shading(const MaterialLayer& layer, const MeshHitOf<Pack>
 ShadingOf<Pack3> mesh_shading(const RenderMesh& mesh, const MeshHitOf<Pack>& hit) {
   if (is_uniform(mesh)) return broadcast_shading(mesh_shading(mesh, lane(hit, 0)));
   ShadingOf<Pack3> shading = layer_shading(mesh, hit);
-  for (const MixedLayer& layer : mesh.over)
-    if (!layer.materials.empty() && layer.share > 0)
-      shading = mix(shading, layer_shading(layer, hit), broadcast<Pack>(clamp01(layer.share)));
+  for (const MixedLayer& layer : mesh.upper_layers)
+    if (!layer.materials.empty() && layer.opacity > 0)
+      shading = mix(shading, layer_shading(layer, hit), broadcast<Pack>(clamp01(layer.opacity)));
   if (!mesh.vertex_colors.empty() && mesh.vertex_color_opacity > 0) {
     Pack3 color;
     for (int l = 0; l < kLanes; ++l) {
@@ -209,9 +209,7 @@ BsdfOf<Pack3> make_bsdf_at(const World& world, const MeshHitOf<Pack>& hit, const
     return mesh.materials.empty() ? Shading{} : mesh_shading(mesh, lane_hit);
   };
   const RenderMesh* mesh = find_only_mesh(world, hit);
-  const ShadingOf<Pack3> own = !mesh                     ? gather_shading(hit, own_at)
-                               : mesh->materials.empty() ? broadcast_shading({})
-                                                         : mesh_shading(*mesh, hit);
+  const ShadingOf<Pack3> own = mesh ? mesh_shading(*mesh, hit) : gather_shading(hit, own_at);
   return make_bsdf(make_matte_where(matte, own), look, weight, normal, view);
 }
 

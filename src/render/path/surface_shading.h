@@ -10,8 +10,10 @@
 
 namespace polymorph {
 
-/// Looks up material and texture coordinates at a point of a triangle. On a border, they are looked
-/// up in the model from which the layer's materials were transferred.
+/// Looks up material and texture coordinates at a point of a triangle; texture_point() of each kind
+/// of layer calls it. On a triangle that crosses a border of texture charts or materials
+/// (model/transfer.h), they are looked up in the model from which the layer's materials were
+/// transferred.
 template <class Layer>
 PM_HD TexturePoint find_texture_point(const Layer& layer, std::uint32_t triangle, float u,
                                       float v) {
@@ -50,9 +52,9 @@ PM_HD_CALL Shading layer_shading(const Layer& layer, const MeshHit& hit) {
 template <class Mesh>
 PM_HD Shading mesh_shading(const Mesh& mesh, const MeshHit& hit) {
   Shading shading = layer_shading(mesh, hit);
-  for (const auto& layer : mesh.over)
-    if (!layer.materials.empty() && layer.share > 0)
-      shading = mix(shading, layer_shading(layer, hit), clamp01(layer.share));
+  for (const auto& layer : mesh.upper_layers)
+    if (!layer.materials.empty() && layer.opacity > 0)
+      shading = mix(shading, layer_shading(layer, hit), clamp01(layer.opacity));
   if (!mesh.vertex_colors.empty() && mesh.vertex_color_opacity > 0) {
     const Triangle& t = mesh.triangles[hit.triangle];
     const Vec3* colors = mesh.vertex_colors.data();
@@ -80,7 +82,7 @@ PM_HD_CALL Bsdf make_bsdf_at(const World& world, const Mesh& mesh, const MeshHit
   const float weight = look_weight(mesh);
   const Shading look = make_matte_where<Vec3>(matte, look_shading(world.look));
   if (!(weight < 1.0f)) return make_bsdf(look, look, weight, normal, view);
-  const Shading own = mesh.materials.empty() ? Shading{} : mesh_shading(mesh, hit);
+  const Shading own = mesh_shading(mesh, hit);
   return make_bsdf(make_matte_where<Vec3>(matte, own), look, weight, normal, view);
 }
 

@@ -64,7 +64,7 @@ void check_mesh(const RenderMesh& mesh) {
   for (const Triangle& t : mesh.triangles)
     for (std::uint32_t v : t.v) PM_CHECK(v < mesh.positions.size());
   check_layer(mesh, mesh.triangles.size());
-  for (const MixedLayer& layer : mesh.over) check_layer(layer, mesh.triangles.size());
+  for (const MixedLayer& layer : mesh.upper_layers) check_layer(layer, mesh.triangles.size());
   PM_CHECK(mesh.vertex_colors.empty() || mesh.vertex_colors.size() == mesh.positions.size());
   PM_CHECK(mesh.displacement.empty() || mesh.displacement.size() == mesh.positions.size());
   PM_CHECK(mesh.vertex_labels.empty() || mesh.vertex_labels.size() == mesh.positions.size());

@@ -44,7 +44,7 @@ void apply_paint(RenderMesh& mesh, const std::vector<Vec3>& colors) {
   MaterialLayer plain;
   plain.materials = std::span(&matte, 1);
   static_cast<MaterialLayer&>(mesh) = plain;
-  mesh.over.clear();
+  mesh.upper_layers.clear();
   mesh.vertex_colors = colors;
   mesh.vertex_color_opacity = 1;
   mesh.look = 0;
@@ -59,7 +59,7 @@ RenderMesh surface_mesh(const PreparedActor& actor, const ActorGeometry& geometr
   const std::vector<ObjectLayer>& layers = geometry.look.layers;
   if (!layers.empty()) static_cast<MaterialLayer&>(mesh) = material_layer(layers.front());
   for (std::size_t i = 1; i < layers.size(); ++i)
-    mesh.over.push_back({material_layer(layers[i]), layers[i].share});
+    mesh.upper_layers.push_back({material_layer(layers[i]), layers[i].opacity});
   mesh.vertex_colors = geometry.look.colors;
   mesh.vertex_color_opacity = geometry.look.color_opacity;
   mesh.look = layers.empty() ? 1.0f : 0.0f;

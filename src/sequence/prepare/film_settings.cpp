@@ -199,7 +199,7 @@ SequenceHashes hash_sequence(const SceneInputs& inputs) {
   if (has_moving_camera && !leaves_balls_in_flight(scene)) {
     const std::vector<CameraSettings> poses = film_poses(scene);
     hashes.framing = make_framing(poses, points, scene.image.width, scene.image.height);
-    hashes.poses = hash_poses(poses);
+    hashes.camera_poses = hash_poses(poses);
   }
   if (!has_sequences) return hashes;
   Hasher hasher;
@@ -227,7 +227,7 @@ std::string frame_hash(const Scene& scene, const SequenceHashes& hashes, int fra
   hasher.add(hashes.inputs).add(settings_text(frame_scene));
   if (has_sequences) add_shown_meshes(frame_scene, hashes, frame, hasher);
   if (!hashes.framing) return hasher.hex();
-  hasher.add(std::string_view(hashes.poses));
+  hasher.add(std::string_view(hashes.camera_poses));
   const FilmCameras cameras = film_cameras(scene, *hashes.framing, frame);
   add(hasher, cameras.camera);
   hasher.add(cameras.motion.has_value());

@@ -65,7 +65,7 @@ struct SequenceHashes {
   std::string scene;               ///< content_hash() (assets/content_hash.h)
   std::string inputs;              ///< inputs_hash() (assets/content_hash.h)
   std::optional<Framing> framing;  ///< framing of a moving camera, if it depends on the models only
-  std::string poses;  ///< hash of the camera poses that decide a moving camera's framing
+  std::string camera_poses;  ///< hash of the camera poses that decide a moving camera's framing
   /// Hash of the box of all objects, of the sequences' transforms and of a static camera; empty
   /// without mesh sequences.
   std::string placement;
