@@ -42,7 +42,7 @@ TransportPlan plan_between(const CostSide& a, const CostSide& b, float label_cos
   TransportPlan plan = solve_transport(
       a.mass, b.mass,
       [&](std::uint32_t from, std::span<float> costs) { cost_row(a, b, label_cost, from, costs); });
-  for (std::size_t axis = a.outside_rotation; axis < a.values.size(); ++axis)
+  for (std::size_t axis = a.first_pinned_axis; axis < a.values.size(); ++axis)
     for (const TransportFlow& flow : plan.flows) {
       const double difference = static_cast<double>(a.values[axis][flow.from]) -
                                 static_cast<double>(b.values[axis][flow.to]);

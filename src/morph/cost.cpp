@@ -85,7 +85,7 @@ CostSide make_cost_side(const PlanSide& object, FieldKind kind, std::vector<doub
            [&](std::size_t i) { return static_cast<double>(features.planarity[i]); });
   // What the user pins follows, so that the search for a rotation ignores it (it would hide what a
   // rotation gains), and plans by limbs keep it.
-  side.outside_rotation = side.values.size();
+  side.first_pinned_axis = side.values.size();
   for (const Vec3& landmark : object.landmarks)
     add_axis(static_cast<double>(settings.weights.landmark), [&](std::size_t i) {
       return length(Vec3d(balls[i].center) - Vec3d(landmark)) / normalization.size;
@@ -135,7 +135,7 @@ CostSide coarsen_side(const CostSide& side, std::size_t count) {
   const std::vector<std::uint32_t>& owner = sample.owner;
   CostSide result;
   result.mass = sample.weights;
-  result.outside_rotation = side.outside_rotation;
+  result.first_pinned_axis = side.first_pinned_axis;
   result.values.assign(side.values.size(), std::vector<float>(count, 0));
   std::vector<std::map<std::int32_t, double>> votes(count);  // per representative: masses by label
   for (std::size_t i = 0; i < n; ++i) votes[owner[i]][side.labels[i]] += side.mass[i];

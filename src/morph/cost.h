@@ -32,7 +32,7 @@ struct CostSide {
   std::vector<std::vector<float>> values;
   /// Index of the first axis that the search for a rotation (morph/align.h) ignores. The sides that
   /// limb_cost_sides() makes take over the axes from this one on.
-  std::size_t outside_rotation = 0;
+  std::size_t first_pinned_axis = 0;
   std::size_t size() const { return mass.size(); }
 };
 

@@ -57,12 +57,13 @@ Vec3d map_to_limb(Vec3d p, double t, const Limb& own, const Limb& other, const M
   return interpolated(kLineStations, to, t) + bend * offset * scale;
 }
 
-/// The most common label of some balls, those for which `holds(ball)` is true; the number of balls
-/// that have this label; and the number of all these balls.
+/// Most common label of some balls.
 struct LabelVote {
   std::int32_t label = kNoLabel;
-  std::size_t votes = 0, balls = 0;
+  std::size_t votes = 0;  ///< number of balls that have the label
+  std::size_t balls = 0;  ///< number of all these balls
 };
+/// Finds the most common label of the balls for which `holds(ball)` is true.
 template <class Holds>
 LabelVote vote_on_label(const PlanSide& side, const Holds& holds) {
   std::map<std::int32_t, std::size_t> votes;
@@ -185,14 +186,13 @@ std::vector<ChosenLimbs> list_landmark_choices(const PlanSide& from, const PlanS
   return choices;
 }
 
-/// The limbs that carry each label. A limb carries the most common label of its labelled balls if
-/// more than half of these have it, and if one of two conditions holds: more than half of all its
-/// balls have the label, which is not the trunk's; or the limb is find_limb_of_label(). A limb that
-/// holds a landmark carries no label.
+/// The limbs that carry each label. The trunk consists of the balls on no limb. A limb carries a
+/// label if it holds no landmark, more than half of its labelled balls have this label, and either
+/// (1) more than half of all its balls have the label, which is not the trunk's most common one, or
+/// (2) the limb is find_limb_of_label().
 using LabelCarriers = std::map<std::int32_t, std::vector<std::uint32_t>>;
 LabelCarriers limbs_of_labels(const PlanSide& side, const Limbs& limbs) {
   const std::vector<std::size_t> balls_at_landmarks = landmark_balls(side);
-  // The most common label of the balls on no limb.
   const std::int32_t trunk_label =
       vote_on_label(side, [&](std::size_t b) { return limbs.ball_limbs[b] == 0; }).label;
   LabelCarriers carriers;
@@ -202,9 +202,9 @@ LabelCarriers limbs_of_labels(const PlanSide& side, const Limbs& limbs) {
     const LabelVote vote = vote_on_label(
         side, [&](std::size_t b) { return is_on_limb(b) && side.labels[b] != kNoLabel; });
     if (2 * vote.votes <= vote.balls) continue;
-    const bool is_of_limb =
+    const bool covers_limb =
         vote.label != trunk_label && 2 * vote.votes > vote_of_limb(side, limbs, i).balls;
-    if (is_of_limb || find_limb_of_label(side, limbs, vote.label) == i)
+    if (covers_limb || find_limb_of_label(side, limbs, vote.label) == i)
       carriers[vote.label].push_back(i);
   }
   return carriers;
@@ -221,12 +221,12 @@ std::vector<ChosenLimbs> list_label_choices(const LabelCarriers& from_carriers,
 }
 
 /// Lists the limbs that carry a label which no limb of the other object carries.
-std::vector<std::uint32_t> list_unmatched_labels(const LabelCarriers& own,
-                                                 const LabelCarriers& other) {
-  std::vector<std::uint32_t> limbs_alone;
+std::vector<std::uint32_t> list_limbs_of_unmatched_labels(const LabelCarriers& own,
+                                                          const LabelCarriers& other) {
+  std::vector<std::uint32_t> unmatched;
   for (const auto& [label, limbs] : own)
-    if (!other.contains(label)) limbs_alone.insert(limbs_alone.end(), limbs.begin(), limbs.end());
-  return limbs_alone;
+    if (!other.contains(label)) unmatched.insert(unmatched.end(), limbs.begin(), limbs.end());
+  return unmatched;
 }
 
 /// Chooses the limbs that become each other by the user's landmarks, then those by the labels. Of
@@ -321,16 +321,19 @@ Vec3d place_on_surface(const std::vector<Ball>& balls, const Limbs& limbs, Vec3d
   const auto nearest = std::ranges::min_element(
       balls, {}, [&](const Ball& ball) { return length(Vec3d(ball.center) - place); });
   const Vec3d center(nearest->center);
+  // The centre of a ball too weak to have a surface may be outside.
   return field_at(balls, center) >= 1 ? surface_between(balls, center, place) : center;
 }
 
-/// Lists the lone limbs: those that are small and slim and overlap no matched or labelled limb. Of
-/// lone limbs that sit on each other only the one that holds the others is listed. `labelled`:
-/// LimbPlan::from_unmatched_labels or to_unmatched_labels.
+/// Lists the lone limbs: those that are small and slim and overlap neither a matched limb nor one
+/// of `unmatched_label_limbs`. Of lone limbs that sit on each other only the one that holds the
+/// others is listed. `unmatched_label_limbs`: LimbPlan::from_unmatched_label_limbs or
+/// to_unmatched_label_limbs.
 std::vector<std::uint32_t> list_lone_limbs(const Limbs& limbs,
                                            std::span<const std::uint32_t> matched,
-                                           std::span<const std::uint32_t> labelled) {
-  // Limbs with more volume, or less length per thickness, count as the body.
+                                           std::span<const std::uint32_t> unmatched_label_limbs) {
+  // Larger or less slim limbs count as the body. kMaxVolume: fraction of the object's volume;
+  // kMinSlimness: length over mean diameter.
   constexpr double kMaxVolume = 0.15, kMinSlimness = 1.5;
   const auto overlaps = [&](std::uint32_t k) {
     return [&limbs, k](std::uint32_t i) { return overlap(limbs, i, k); };
@@ -342,7 +345,7 @@ std::vector<std::uint32_t> list_lone_limbs(const Limbs& limbs,
     for (const double r : limb.radius) mean_radius += r / static_cast<double>(kLimbStations);
     if (limb.volume <= kMaxVolume && limb.length() >= kMinSlimness * 2 * mean_radius &&
         std::none_of(matched.begin(), matched.end(), overlaps(k)) &&
-        std::none_of(labelled.begin(), labelled.end(), overlaps(k)))
+        std::none_of(unmatched_label_limbs.begin(), unmatched_label_limbs.end(), overlaps(k)))
       candidates.push_back(k);
   }
   std::vector<std::uint32_t> lone;
@@ -376,16 +379,17 @@ double station_of(const Limbs& limbs, const Limb& limb, std::size_t ball) {
 struct MatchSide {
   const std::vector<Ball>& balls;
   const Limbs& limbs;
-  const std::vector<std::uint32_t>& unmatched_labels;  ///< LimbPlan::from_unmatched_labels
-  std::vector<std::uint32_t> matched = {};             ///< indices of the matched limbs
+  /// LimbPlan::from_unmatched_label_limbs or to_unmatched_label_limbs.
+  const std::vector<std::uint32_t>& unmatched_label_limbs;
+  std::vector<std::uint32_t> matched = {};  ///< indices of the matched limbs
   std::vector<Vec3d> places = {};  ///< warp_balls() of `balls`: positions in the other object
 };
 
 std::pair<MatchSide, MatchSide> make_match_sides(const LimbPlan& limbs,
                                                  const std::vector<Ball>& from,
                                                  const std::vector<Ball>& to) {
-  MatchSide a{from, limbs.from, limbs.from_unmatched_labels},
-      b{to, limbs.to, limbs.to_unmatched_labels};
+  MatchSide a{from, limbs.from, limbs.from_unmatched_label_limbs},
+      b{to, limbs.to, limbs.to_unmatched_label_limbs};
   std::vector<MatchedLimbs> reversed;
   for (const auto& [i, k] : limbs.match.limbs) {
     reversed.push_back({k, i});
@@ -401,8 +405,8 @@ std::pair<MatchSide, MatchSide> make_match_sides(const LimbPlan& limbs,
 /// Makes the curves of an object's limbs. `angle`: rotation about the vertical from `object` to
 /// `other`, radians.
 LimbCurves make_curves(const MatchSide& object, const MatchSide& other, double angle) {
-  const auto& [balls, own, labelled, matched, places] = object;
-  const std::vector<std::uint32_t> lone = list_lone_limbs(own, matched, labelled);
+  const auto& [balls, own, unmatched_label_limbs, matched, places] = object;
+  const std::vector<std::uint32_t> lone = list_lone_limbs(own, matched, unmatched_label_limbs);
   LimbCurves curves;
   // Station of each ball on its lone or matched limb.
   curves.lone_limbs = limb_indices_of_balls(own, lone);
@@ -421,7 +425,8 @@ LimbCurves make_curves(const MatchSide& object, const MatchSide& other, double a
   for (const std::uint32_t limb_index : lone) {
     const Limb& limb = own.limbs[limb_index];
     curves.lone.push_back(make_curve(limb));
-    // The warp moves the root as it moves the nearest ball of the body.
+    // The warp moves the root as it moves the nearest ball of the trunk, which is on no matched or
+    // lone limb.
     const Vec3d root(curves.lone.back().points[0]);
     std::size_t nearest = balls.size();
     const auto distance = [&](std::size_t b) { return length(Vec3d(balls[b].center) - root); };
@@ -449,7 +454,7 @@ std::vector<std::uint32_t> list_body(const LimbCurves& curves, std::size_t count
 /// Makes the side that consists of some of a side's balls.
 CostSide select_balls(const CostSide& side, const std::vector<std::uint32_t>& balls) {
   CostSide selection;
-  selection.outside_rotation = side.outside_rotation;
+  selection.first_pinned_axis = side.first_pinned_axis;
   for (const std::uint32_t b : balls) {
     selection.mass.push_back(side.mass[b]);
     if (!side.labels.empty()) selection.labels.push_back(side.labels[b]);
@@ -482,8 +487,8 @@ LimbPlan find_limbs_of_sides(const PlanSide& from, const PlanSide& to,
   plan.choices.allowed = allowed_limbs(a, b, plan.from, plan.to);
   const LabelCarriers from_carriers = limbs_of_labels(a, plan.from),
                       to_carriers = limbs_of_labels(b, plan.to);
-  plan.from_unmatched_labels = list_unmatched_labels(from_carriers, to_carriers);
-  plan.to_unmatched_labels = list_unmatched_labels(to_carriers, from_carriers);
+  plan.from_unmatched_label_limbs = list_limbs_of_unmatched_labels(from_carriers, to_carriers);
+  plan.to_unmatched_label_limbs = list_limbs_of_unmatched_labels(to_carriers, from_carriers);
   plan.choices.chosen = choose_limbs(
       list_landmark_choices(a, b, plan.from, plan.to, plan.choices.allowed),
       list_label_choices(from_carriers, to_carriers, settings.labels.empty()), plan.from, plan.to);
@@ -533,7 +538,8 @@ void add_lone_pairs(MorphPlan& plan) {
       plan.pairs.push_back({nearest_ball(plan.from, from, counterpart), b, kShare, /*to_share=*/1});
       ++from_lone_pairs[plan.pairs.back().from];
     }
-  // The body's balls give up the lone pairs' shares and masses, so that sums of 1 stay.
+  // The body's balls give up the lone pairs' shares and masses, so that the shares of each ball,
+  // and the masses of all pairs, still add up to 1.
   double body_mass = 0;
   for (std::size_t e = 0; e < body_pairs; ++e) {
     Pair& pair = plan.pairs[e];
@@ -650,8 +656,8 @@ std::pair<CostSide, CostSide> limb_cost_sides(const LimbPlan& limbs, const std::
     axis([&](std::size_t b) {
       return std::sqrt(kDistanceWeight) * own.ball_distances[b] / std::max(own.max_distance, 1e-9);
     });
-    side.outside_rotation = side.values.size();
-    for (std::size_t k = plain.outside_rotation; k < plain.values.size(); ++k)
+    side.first_pinned_axis = side.values.size();
+    for (std::size_t k = plain.first_pinned_axis; k < plain.values.size(); ++k)
       side.values.push_back(plain.values[k]);
     side.labels = plain.labels;
     return side;
@@ -677,7 +683,8 @@ std::vector<std::pair<std::string, std::string>> list_limb_names(const LimbPlan&
                                                                  double angle) {
   const std::vector<std::string> from = limb_names(limbs.from), to = limb_names(limbs.to, angle);
   std::vector<std::pair<std::string, std::string>> names;
-  // Masks of the limbs that are matched, and of those that sit on a matched limb.
+  // Masks of the limbs that are matched, and of those that sit on a matched limb; find_limbs()
+  // finds at most 27 limbs (14 leaves and 13 nodes below them).
   std::uint32_t from_listed = 0, to_listed = 0;
   const auto mask = [](const Limbs& all, std::uint32_t limb) {
     std::uint32_t bits = 1u << limb;
@@ -689,6 +696,7 @@ std::vector<std::pair<std::string, std::string>> list_limb_names(const LimbPlan&
     from_listed |= mask(limbs.from, i);
     to_listed |= mask(limbs.to, k);
   }
+  // A limb that others sit on is left out, because these stand for it.
   for (std::uint32_t i = 0; i < from.size(); ++i)
     if (limbs.from.limbs[i].nested.empty() && !(from_listed >> i & 1))
       names.emplace_back(from[i], "");

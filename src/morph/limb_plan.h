@@ -22,9 +22,9 @@ struct LimbPlan {
   Limbs from, to;
   LimbChoices choices = {};  ///< choices by the user's labels and landmarks
   LimbMatch match = {};      ///< match that the plan uses; set by the caller
-  /// Limbs that carry a label which the other object has on no limb, only on its body. They become
+  /// Limbs that carry a label which no limb of the other object carries, only its body. They become
   /// that part of the body, so they are not lone limbs (LimbCurves::lone).
-  std::vector<std::uint32_t> from_unmatched_labels = {}, to_unmatched_labels = {};
+  std::vector<std::uint32_t> from_unmatched_label_limbs = {}, to_unmatched_label_limbs = {};
   /// Results of match_at(): the angles at which it was called, radians, and the matches.
   std::vector<std::pair<double, LimbMatch>> matches_by_angle = {};
 };
@@ -95,8 +95,8 @@ std::vector<Pair> pair_bodies(const CostPair& sides, LabelMode mode, const LimbC
 void add_lone_pairs(MorphPlan& plan);
 
 /// Lists pairs of limb names (limb_names.h), of `from` and of `to`: first of matched limbs, then of
-/// limbs without a counterpart, whose other name is empty. `angle`: rotation about the vertical
-/// from `from` to `to`, radians.
+/// leaves of the merge tree (Limb::nested) without a counterpart, whose other name is empty.
+/// `angle`: rotation about the vertical from `from` to `to`, radians.
 std::vector<std::pair<std::string, std::string>> list_limb_names(const LimbPlan& limbs,
                                                                  double angle = 0);
 
