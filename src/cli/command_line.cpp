@@ -423,7 +423,7 @@ int run_program(int argc, char** argv) {
     return static_cast<int>(ErrorCode::kUsage);
   }
   if (has_flag("--help") || has_flag("-h")) {
-    print_bytes(help_page(line, named_page(command_tables(line), argc, argv), has_flag("--help")));
+    print_bytes(help_page(line, page_name(command_tables(line), argc, argv), has_flag("--help")));
     return finish_output(0);
   }
   if (has_flag("--version") || (argc == 2 && has_flag("-V"))) {
@@ -438,7 +438,7 @@ int run_program(int argc, char** argv) {
     if (!name.empty() && argv[1][0] == '-')  // the command exists, but is not the first word
       log_info("options come after the command: polymorph {} {}", name, argv[1]);
     log_info("try: polymorph {}--help",
-             name.empty() ? "" : named_page(command_tables(line), argc, argv) + " ");
+             name.empty() ? "" : page_name(command_tables(line), argc, argv) + " ");
     return static_cast<int>(ErrorCode::kUsage);
   }
   try {

@@ -187,7 +187,7 @@ Result<CarriedActor> carry_actor(const ActorFrames& actor_frames, Engine& engine
   settings.limit = kCarriedError * size;
   settings.cell = leg.settings.cell;
   settings.name = "the mesh of " + actor_frames.actor.name;
-  settings.going_on = check_stop;
+  settings.check_stop = check_stop;
   PM_TRY(carried.mesh, carry(surface, times, start, settings));
   for (const CarryFault& fault : carried.mesh.faults)
     carried.errors.push_back(fault.distance / size);

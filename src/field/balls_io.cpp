@@ -19,6 +19,7 @@ namespace {
 /// Returns the radius of the surface of a single ball; 0 if it has none.
 float visible_radius(const Ball& ball, FieldKind kind) {
   return visit(kind, [&](auto field) {
+    // q = a r^2, or r^2 for kinds with infinite support (field_kinds.h).
     const float q = std::max(field.surface(ball), 0.0f);
     const float radius = std::sqrt(field.kCompactSupport ? q / ball.a : q);
     return std::min(radius, std::numeric_limits<float>::max());  // JSON has no infinity
@@ -38,7 +39,7 @@ bool read_number(const JsonValue& value, float& out) {
   return value.is_number();
 }
 
-/// Reads the first N items of a list; false if they are not numbers.
+/// Reads the first N items of a list; false if there are fewer or one is not a number.
 template <std::size_t N>
 bool read_numbers(const JsonValue& list, std::array<float, N>& out) {
   if (list.items.size() < N) return false;

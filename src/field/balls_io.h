@@ -13,8 +13,8 @@ namespace polymorph {
 
 /// Encodes balls as {"field": "gaussian", "balls": [{"center": [x, y, z], "a": .., "w": ..,
 /// "radius": ..}, ...]}. "center", "a" and "w" are members of Ball (kernels/types.h); "radius" is
-/// that of the surface of the single ball. A ball that is not round also has its "shape" [xx, yy,
-/// zz, xy, xz, yz].
+/// the radius of the surface that the ball has alone. A ball that is not round also has its "shape"
+/// [xx, yy, zz, xy, xz, yz].
 std::string encode_balls(const std::vector<Ball>& balls, FieldKind kind);
 
 /// Encodes balls as a table with the columns x,y,z,a,w,radius,xx,yy,zz,xy,xz,yz.

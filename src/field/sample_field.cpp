@@ -51,7 +51,7 @@ std::vector<double> squared_support_radii(const BallSet& balls, const ExtractSet
   std::vector<double> squared_radii;
   visit(settings.field, [&](auto field) {
     for (const Ball& ball : balls) {
-      // The end is in the coordinate q = a d^2 (kernels/field_kinds.h).
+      // field.end() is the q = a d^2 beyond which the ball adds nothing (kernels/field_kinds.h).
       const auto end = static_cast<double>(field.end(ball, settings.cutoff * settings.iso));
       squared_radii.push_back((1.01 * end + 0.01) / static_cast<double>(ball.a));
     }
@@ -60,25 +60,25 @@ std::vector<double> squared_support_radii(const BallSet& balls, const ExtractSet
 }
 
 /// Samples a run of points that are close to each other: halves the run until it is short, and
-/// keeps the balls that reach the box of each half. The other balls add 0, and the order of the sum
-/// stays.
+/// keeps those of the balls `candidates` that reach the box of each half. The other balls add 0,
+/// and the order of the sum stays.
 Status sample_near(Sampling& sampling, const std::vector<double>& squared_radii,
-                   std::vector<std::uint32_t> near, std::span<const std::uint32_t> run) {
+                   std::vector<std::uint32_t> candidates, std::span<const std::uint32_t> run) {
   constexpr std::size_t kMaxRun = 512;
   Box box;
   for (const std::uint32_t point : run) box = extend(box, sampling.points[point]);
-  std::erase_if(near, [&](std::uint32_t ball) {
+  std::erase_if(candidates, [&](std::uint32_t ball) {
     const Vec3 center = sampling.balls[ball].center;
     const Vec3d outside(max(max(box.low - center, center - box.high), Vec3{}));
     return dot(outside, outside) > squared_radii[ball];
   });
   if (run.size() > kMaxRun) {
     const std::size_t half = run.size() / 2;
-    PM_TRY_STATUS(sample_near(sampling, squared_radii, near, run.first(half)));
-    return sample_near(sampling, squared_radii, std::move(near), run.subspan(half));
+    PM_TRY_STATUS(sample_near(sampling, squared_radii, candidates, run.first(half)));
+    return sample_near(sampling, squared_radii, std::move(candidates), run.subspan(half));
   }
   std::vector<Ball> balls;
-  for (const std::uint32_t ball : near) balls.push_back(sampling.balls[ball]);
+  for (const std::uint32_t ball : candidates) balls.push_back(sampling.balls[ball]);
   return sample_run(sampling, std::move(balls), run);
 }
 
@@ -91,9 +91,12 @@ bool have_round_support(const BallSet& balls, FieldKind kind) {
 }  // namespace
 
 std::size_t points_per_second(std::size_t balls) {
-  // kPairs: pairs of a ball and a point that are evaluated in a second.
-  constexpr std::size_t kPairs = std::size_t{1} << 31, kMin = 1024;
-  return std::max(kPairs / std::max<std::size_t>(balls, 1), kMin);
+  // Pairs of a ball and a point that are evaluated in a second.
+  constexpr std::size_t kPairsPerSecond = std::size_t{1} << 31;
+  // Keeps the number above 0 for more balls than the engine accepts; 2^20 balls, its maximum, give
+  // 2048 points.
+  constexpr std::size_t kMinPoints = 1024;
+  return std::max(kPairsPerSecond / std::max<std::size_t>(balls, 1), kMinPoints);
 }
 
 Result<std::vector<float>> sample_field(Engine& engine, const BallSet& balls,

@@ -101,10 +101,12 @@ std::uint64_t half_cell_key(Vec3 at) {
 }
 
 /// Finds midpoints of walls that are thinner than twice `radius` and not inside a thick part, as
-/// positions in cells, one list per layer of points. Rays also find walls between grid points.
+/// positions in cells, one list per layer of points. Walls are found by rays through the model,
+/// because a wall between grid points makes no value of `distances` positive.
 std::vector<std::vector<Vec3>> find_thin_walls(const Model& original, const DistanceGrid& distances,
                                                float radius) {
-  constexpr double kSpacing = 0.7;    // in cells: balls around adjacent midpoints overlap
+  // In cells: the spheres that raise_around() fills around adjacent midpoints overlap.
+  constexpr double kSpacing = 0.7;
   constexpr double kMinCosine = 0.9;  // cos 26 degrees: faces at a wider angle form a sharp edge
   constexpr double kMaxSamples = 400'000;
   const Grid& grid = distances.grid;
@@ -115,11 +117,12 @@ std::vector<std::vector<Vec3>> find_thin_walls(const Model& original, const Dist
   // point that thousands of triangles share touches all of them. Such models are clustered first.
   const std::optional<ClusteredModel> clustered =
       bvh.is_split ? cluster_long_triangles(original) : std::nullopt;
-  const bool is_thinned =
+  // With more than half of the triangles, clustering saves little.
+  const bool use_clustered =
       clustered &&
       (clustered->thinned || 2 * clustered->model.triangles.size() < original.triangles.size());
-  const Model& model = is_thinned ? clustered->model : original;
-  if (is_thinned) bvh = build_split_bvh(model.points, model.triangles);
+  const Model& model = use_clustered ? clustered->model : original;
+  if (use_clustered) bvh = build_split_bvh(model.points, model.triangles);
   std::vector<std::vector<Vec3>> layers(static_cast<std::size_t>(grid.points.z));
   // One midpoint per half cell: thin triangles crowd around their common point.
   std::unordered_set<std::uint64_t> occupied;
@@ -172,7 +175,10 @@ double count_inside(const DistanceGrid& distances) {
 }  // namespace
 
 void smooth_thin_parts(const Model& model, float thinnest, DistanceGrid& distances) {
-  const float radius = kThickening * thinnest, sigma = 0.65f * thinnest;
+  // Standard deviation of the filter in units of `thinnest`; it thins parts, which kThickening
+  // makes up for.
+  constexpr float kSmoothing = 0.65f;
+  const float radius = kThickening * thinnest, sigma = kSmoothing * thinnest;
   const float cell = distances.grid.cell;
   const std::vector<std::vector<Vec3>> walls = find_thin_walls(model, distances, radius);
   // Outside the thickened part the slope is doubled, to join the original distances sooner.
@@ -199,7 +205,7 @@ void smooth_thin_parts(const Model& model, float thinnest, DistanceGrid& distanc
   const float far2 = far * far / (cell * cell);
   if (std::none_of(squares.begin(), squares.end(),
                    [&](std::uint16_t square) { return static_cast<float>(square) < 1.01f * far2; }))
-    return;  // no point is near to a ridge
+    return;  // no point is near a ridge; 1 % for rounding
   const auto falloff = [&](float distance) {
     const float t = std::clamp((far - distance) / (far - near), 0.0f, 1.0f);
     return t * t * (3 - 2 * t);

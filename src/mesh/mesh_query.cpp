@@ -37,8 +37,8 @@ std::optional<ClosestPoint> MeshQuery::walk_to_closest(Vec3 from, std::uint32_t 
   best.distance = length(best.point - from);
   for (int step = 0; step < kMaxSteps; ++step) {
     if (w.a > 0 && w.b > 0 && w.c > 0) return best;
-    // The closest point lies on a side or at a corner: look at the triangles around one of its
-    // ends.
+    // The closest point lies on a side or at a corner. Its nearest corner, that of the largest
+    // weight, has the triangles where a nearer point may be.
     const std::uint32_t f = best.triangle;
     const int corner = w.a >= w.b && w.a >= w.c ? 0 : w.b >= w.c ? 1 : 2;
     for (const std::uint32_t g : fans->around(triangles[f].v[corner])) {

@@ -145,7 +145,7 @@ CommandTable verb_table(const CommandTable& command, const VerbTable& verb) {
   return table;
 }
 
-std::string named_page(const std::vector<CommandTable>& commands, int argc, char** argv) {
+std::string page_name(const std::vector<CommandTable>& commands, int argc, char** argv) {
   for (int i = 1; i < argc; ++i)
     for (const CommandTable& command : commands) {
       if (command.name != argv[i]) continue;

@@ -61,7 +61,7 @@ std::vector<CommandTable> command_tables(const CLI::App& program);
 
 /// Returns the name of the help page for these arguments: the command and verb that they contain
 /// ("golden test"), the command alone, or "" for the program.
-std::string named_page(const std::vector<CommandTable>& commands, int argc, char** argv);
+std::string page_name(const std::vector<CommandTable>& commands, int argc, char** argv);
 /// Formats the help page of this name in at most 80 columns, or that of the program if no command
 /// has the name. If `full`, the page has the options of all groups and the exit codes, else only
 /// the options of the first group.

@@ -50,9 +50,9 @@ Provenance make_provenance(const Scene& scene, std::span<const ReadFile> files);
 /// scene.
 std::string encode_provenance(Provenance provenance);
 
-/// Decodes a provenance from an untrusted source. All file names in it and in its scene are
-/// relative and stay below their folder. Errors (kInput): it is damaged, too large or of another
-/// format.
+/// Decodes a provenance from an untrusted source. Returns only file names that are relative and
+/// stay below their folder. Errors (kInput): it is damaged, too large, of another format, or names
+/// other files.
 Result<Provenance> decode_provenance(std::string_view text);
 
 /// Loads the scene of a provenance, with its files below `folder`; messages call the scene `name`.
@@ -65,7 +65,7 @@ Result<Scene> load_provenance_scene(const Provenance& provenance,
 std::vector<std::string> compare_inputs(std::span<const InputFile> frame_files,
                                         std::span<const InputFile> read_files);
 
-/// Identity of this build for headers: program_identity() without folders.
+/// Identity of this build as image headers state it: program_identity() without the paths in it.
 std::string shared_identity();
 
 }  // namespace polymorph

@@ -39,6 +39,7 @@ std::string make_key(const Model& model, const SphereSettings& settings) {
       .add(root_margin);
   hasher.add(static_cast<std::uint8_t>(fit)).add(static_cast<std::uint8_t>(inside));
   hasher.add(static_cast<std::uint8_t>(solidify ? 1 : 0));
+  // Only if true, so that without it keys stay what they were before the setting existed.
   if (coarse) hasher.add("coarse");
   return hasher.hex();
 }
@@ -171,20 +172,21 @@ std::vector<CacheEntry> list_cache(const fs::path& folder) {
   fs::directory_iterator files(folder, error);
   for (; !error && files != fs::directory_iterator(); files.increment(error)) {
     const fs::path& file = files->path();
-    std::error_code ignored;
-    if (!fs::is_regular_file(files->symlink_status(ignored))) continue;
+    std::error_code file_error;
+    if (!fs::is_regular_file(files->symlink_status(file_error))) continue;
     CacheLabel label = cache_label(file);
     if (!label.kind) continue;
     CacheEntry entry;
     entry.file = file;
     entry.key = file.stem().string();
+    // Anyone may have put a file there whose name contains line breaks, and lists print it.
     remember_name(entry.key);
     entry.kind = label.kind;
     entry.origin = std::move(label.origin);
-    entry.bytes = fs::file_size(file, ignored);
-    if (ignored) continue;  // just removed by another process
-    const auto written = fs::last_write_time(file, ignored);
-    if (ignored) continue;
+    entry.bytes = fs::file_size(file, file_error);
+    if (file_error) continue;  // just removed by another process
+    const auto written = fs::last_write_time(file, file_error);
+    if (file_error) continue;
     entry.age = std::max(0.0, std::chrono::duration<double>(now - written).count());
     entries.push_back(std::move(entry));
   }

@@ -1,5 +1,5 @@
-// SHA-256 of surfaces and values, the same on every processor: whatever rounds a product and a sum
-// as one, or leaves their order, changes them.
+// SHA-256 of surfaces and values, the same on every processor. They change if a compiler contracts
+// a product and a sum to one operation (FMA), or reorders sums.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -13,7 +13,8 @@
 namespace polymorph {
 namespace {
 
-/// The balls as ellipsoids and round ones by turns, with no sine, which is the C library's.
+/// Makes three of every four balls ellipsoids. Their shapes are constants; shapes computed with the
+/// C library's sine would differ between platforms.
 std::vector<Ball> stretched(std::vector<Ball> balls) {
   const Sym3 shapes[] = {
       {4, 0.5f, 0.5f, 0, 0, 0}, {1.25f, 1, 1, 0.5f, 0, 0}, {0.25f, 2, 2, 0, 0, 0}};
@@ -47,6 +48,7 @@ class DigestsTest : public SurfaceTest {
     if (landmarks > 0)
       map = std::make_shared<Regression>(*map_with_landmarks(*map, landmarks, 0.2f, 4));
     const auto torus = torus_distances(1, 0.3f), sphere = sphere_distances(0.8f, {0.2f, 0, 0});
+    // Any grids serve as thinness here.
     map->thinness[0] = sphere, map->thinness[1] = torus;
     Mesh mesh;
     const MorphSurface surface = {map, torus, sphere, 1.1f, 0.9f, 0.03f};

@@ -13,6 +13,7 @@ class Interchange : public ProgramTest {
     write("scene.json", tiny_scene(6));
   }
   static nlohmann::json glb_json(const std::string& glb) {
+    // The file's magic, version and length, then the length and type of the JSON chunk.
     std::uint32_t head[5] = {};
     std::memcpy(head, glb.data(), sizeof head);
     EXPECT_EQ(head[0], 0x46546c67u);
@@ -30,10 +31,12 @@ TEST_F(Interchange, AGlbShowsOneFrameAtATime) {
   for (std::size_t n = 0; n < 6; ++n)
     EXPECT_EQ(nodes[n].value("scale", nlohmann::json{1, 1, 1})[0].get<double>(), n == 0 ? 1 : 0);
   const auto& animation = json["animations"][0];
+  // Two channels per frame: the scale, and the visibility for viewers that know it.
   EXPECT_EQ(animation["channels"].size(), 12u);
   for (const auto& sampler : animation["samplers"]) EXPECT_EQ(sampler["interpolation"], "STEP");
   const auto& visible = animation["channels"][1]["target"]["extensions"]["KHR_animation_pointer"];
   EXPECT_EQ(visible["pointer"], "/nodes/0/extensions/KHR_node_visibility/visible");
+  // The file exists, and --overwrite is missing.
   run(4, {"mesh", "scene.json", "-o", "m.glb"});
 }
 
@@ -91,6 +94,7 @@ TEST_F(Interchange, ACameraWithKeyframesMovesInTheFile) {
   EXPECT_TRUE(contains(usd.substr(samples, usd.find('}', samples) - samples), "\n            6: "));
   const auto json = glb_json(read_text(folder / "m.glb"));
   std::size_t moved = 0;
+  // The camera is the last node.
   for (const auto& channel : json["animations"][0]["channels"])
     moved += channel["target"].value("node", 0u) + 1 == json["nodes"].size();
   EXPECT_EQ(moved, 2u) << "translation and rotation";

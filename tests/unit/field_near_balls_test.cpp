@@ -43,7 +43,8 @@ TEST_P(NearBallsTest, SumsWhatTheKernelsSumAndItsGradientIsItsSlope) {
   settings.cutoff = 1e-9f;
   std::vector<float> values;
   ASSERT_EQ(make_cpu_engine()->sample(balls, points, settings, values).code, EngineCode::kOk);
-  for_each_near(near, points, 0.01f, [&](std::size_t begin, std::size_t end, auto list) {
+  constexpr float kMaxDistance = 0.01f;
+  for_each_near(near, points, kMaxDistance, [&](std::size_t begin, std::size_t end, auto list) {
     for (std::size_t i = begin; i < end; ++i) {
       const LogField field = near.log_field(points[i], list);
       EXPECT_NEAR(field.value, std::log(static_cast<double>(values[i])), 2e-3);
@@ -65,7 +66,7 @@ INSTANTIATE_TEST_SUITE_P(Kinds, NearBallsTest,
                          ::testing::Values(FieldKind::kGaussian, FieldKind::kInverseSquare,
                                            FieldKind::kWyvill));
 
-TEST(NearBalls, LeavesOutWhatIsFarAndSurvivesBeingOutOfReach) {
+TEST(NearBalls, LeavesOutFarBallsAndIsZeroWhereNoneReaches) {
   const std::vector<Ball> balls = {{{0, 0, 0}, 1, 2, {}}, {{100, 0, 0}, 1, 2, {}}};
   EXPECT_EQ(NearBalls(balls, FieldKind::kGaussian).within({{-1, -1, -1}, {1, 1, 1}}),
             std::vector<std::uint32_t>{0});

@@ -429,7 +429,7 @@ TEST(Carry, EndsAtAnyMoveWhenToldAndNamesItsStages) {
   settings.limit = 0.1f;
   settings.cell = 1;
   settings.name = "the ball";
-  settings.going_on = [&]() -> Status {
+  settings.check_stop = [&]() -> Status {
     stages.insert(current_activity());
     if (++calls > last) return Error{ErrorCode::kTerminated, "enough"};
     return Ok{};

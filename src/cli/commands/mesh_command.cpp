@@ -10,7 +10,7 @@ namespace polymorph {
 namespace {
 
 struct MeshOptions {
-  std::string scene, output, html, frames, error, topology = "changing";
+  std::string scene, output, html, frames, max_error, topology = "changing";
   bool quantize = false;
   std::vector<std::string> sets;
 };
@@ -43,7 +43,7 @@ Status check_options(const MeshFileSettings& settings) {
 
 /// Writes the page that plays the morph (--html).
 Result<int> write_page(const CommandLine& line, const MeshOptions& options) {
-  if (!options.frames.empty() || !options.error.empty() || options.quantize ||
+  if (!options.frames.empty() || !options.max_error.empty() || options.quantize ||
       options.topology == "constant")
     return make_error(ErrorCode::kUsage,
                       "--html: a page has all frames and makes its own surfaces - leave out "
@@ -66,8 +66,8 @@ Result<int> run_mesh(const CommandLine& line, const MeshOptions& options) {
   PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
   PM_TRY(Scene scene, load_scene(options.scene, overrides));
   PM_TRY(settings.frames, parse_frames_or_all(options.frames, 1, frame_count(scene)));
-  if (!options.error.empty()) {
-    PM_TRY(settings.error, parse_mesh_error(options.error));
+  if (!options.max_error.empty()) {
+    PM_TRY(settings.error, parse_mesh_error(options.max_error));
   }
   settings.constant_topology = options.topology == "constant";
   settings.quantize = options.quantize;
@@ -110,7 +110,7 @@ void add_mesh(CommandLine& line) {
       .choices({"changing", "constant"});
   command.add_option("-f,--frames", options->frames, "LIST",
                      "1-48, 1-48x2, 5-1, 1,5,10-20; default: all");
-  command.add_option("--error", options->error, "E",
+  command.add_option("--error", options->max_error, "E",
                      "simplify: maximum Hausdorff distance, a share of the diagonal, as 0.02%");
   command.add_flag("--quantize", options->quantize,
                    ".glb: 16 bits for positions, 8 for normals, no velocities");

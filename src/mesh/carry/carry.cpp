@@ -69,9 +69,9 @@ class Carrier {
   bool is_better(const CarryMeasure& a, const CarryMeasure& b) const {
     return is_good(a.fault) != is_good(b.fault) ? is_good(a.fault) : a.badness < b.badness;
   }
-  /// Returns false once `going_on` has failed; results measured after that must not be used.
+  /// Returns false once `check_stop` has failed; results measured after that must not be used.
   bool keep_going() {
-    if (status_.ok()) status_ = settings_.going_on();
+    if (status_.ok()) status_ = settings_.check_stop();
     return status_.ok();
   }
   std::string stage_name(const char* work, std::size_t k) const {
@@ -132,7 +132,7 @@ class Carrier {
 Status Carrier::advance(Points& points, float from, float to, const CarryTarget& target, int depth,
                         std::vector<std::uint32_t>& near) {
   constexpr int kMaxDepth = 3, kSweeps = 3;
-  PM_TRY_STATUS(settings_.going_on());
+  PM_TRY_STATUS(settings_.check_stop());
   PM_TRY(Points moved_points, surface_.flow(points, from, to));
   near.clear();
   const SurfaceProjection foot = project_onto_surface(moved_points, target, near);
@@ -156,7 +156,7 @@ Status Carrier::advance(Points& points, float from, float to, const CarryTarget&
   // The shorter the step, the fewer sweeps are needed.
   for (int k = std::min(depth, kSweeps - 1); k < kSweeps; ++k) {
     move_onto_surface(view(points), target, kRelax, near);
-    PM_TRY_STATUS(settings_.going_on());
+    PM_TRY_STATUS(settings_.check_stop());
   }
   repair(view(points), target, /*max_distance=*/0.3f * settings_.cell, near);
   const SurfaceProjection arrival = project_onto_surface(points, target, near);

@@ -42,14 +42,14 @@ struct CarrySettings {
   std::size_t max_triangles = 1000000;  ///< no division of triangles begins that would exceed it
   std::string name = "a mesh";          ///< name of the mesh in messages of progress
   /// Called before each move of the mesh; an error ends the work.
-  std::function<Status()> going_on = [] { return Status(Ok{}); };
+  std::function<Status()> check_stop = [] { return Status(Ok{}); };
 };
 
 /// Extracts the surface at `times[start]` and carries its mesh along the flow to the neighbouring
 /// times, and so on to both ends of `times`. Each time is shown as a stage of the progress
 /// (base/activity.h). Triangles that are further than the limit from the surface are divided at all
 /// times; errors that remain are in CarriedMesh::faults. Errors: those of `surface` and of
-/// `going_on`.
+/// `check_stop`.
 Result<CarriedMesh> carry(const MovingSurface& surface, std::span<const float> times,
                           std::size_t start, const CarrySettings& settings);
 

@@ -25,8 +25,8 @@ CarryTarget make_carry_target(Mesh surface);
 ClosestPoint closest_near(const CarryTarget& target, Vec3 from, std::uint32_t hint);
 
 /// Unit normal of the face on which `hit`, the point closest to `from`, lies. On an edge or at a
-/// corner, where several faces are equally near, it is the one with the smallest dot product with
-/// `facing`, the carried face's normal: the worst case.
+/// corner, where several faces are equally near, it is the normal that differs most from `facing`,
+/// the carried face's normal, so that a face turned over is not missed.
 Vec3 face_normal_at(const CarryTarget& target, Vec3 from, const ClosestPoint& hit, Vec3 facing);
 
 }  // namespace polymorph
