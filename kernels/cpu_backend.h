@@ -6,10 +6,6 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
-#if defined(__linux__)
-#include <sys/mman.h>
-#endif
-
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
@@ -21,28 +17,13 @@
 #include "engine.h"
 #include "floating_point.h"
 #include "fork_join.h"
+#include "large_pages.h"
 #include "simd_math.h"
 #include "tree.h"
 #include "validate.h"
 #include "view.h"
 
 namespace polymorph {
-
-/// Asks Linux for large pages in memory that has not been written yet. Linux creates a page when it
-/// is first written, and creating a large mesh's small pages takes as long as its arithmetic. Does
-/// nothing below kLarge bytes.
-inline void advise_large_pages(void* memory, std::size_t bytes) {
-#if defined(__linux__)
-  constexpr std::size_t kLarge = std::size_t{8} << 20, kPage = 4096;
-  if (bytes < kLarge) return;
-  // madvise() needs the address of a page.
-  const std::size_t skip = (kPage - reinterpret_cast<std::uintptr_t>(memory) % kPage) % kPage;
-  // A system without large pages ignores the advice.
-  (void)madvise(static_cast<char*>(memory) + skip, bytes - skip, MADV_HUGEPAGE);
-#else
-  (void)memory, (void)bytes;
-#endif
-}
 
 /// A team of one thread that handles as many points at once as VectorOf has lanes.
 template <class VectorOf>
@@ -110,7 +91,7 @@ class BasicCpuBackend {
         const std::size_t bytes = static_cast<std::size_t>(capacity) * sizeof(T);
         backend.claim(bytes);
         data_.reset(static_cast<T*>(::operator new(bytes, kAlignment)));
-        advise_large_pages(data_.get(), bytes);
+        request_large_pages(data_.get(), bytes);
         capacity_ = capacity;
       }
       return {data_.get(), n};
@@ -197,8 +178,8 @@ class BasicCpuBackend {
       const double all = static_cast<double>(n) / fraction;
       // 25 % more, because `all` is an estimate until the last call.
       result.reserve(static_cast<std::size_t>(fraction < 1 ? 1.25 * all : all));
-      advise_large_pages(result.data() + result.size(),
-                         (result.capacity() - result.size()) * sizeof(T));
+      request_large_pages(result.data() + result.size(),
+                          (result.capacity() - result.size()) * sizeof(T));
     }
     if (size > result.size()) result.resize(size);
     return {result.data(), n};

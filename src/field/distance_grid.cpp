@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "base/array3.h"
-#include "base/large_pages.h"
 #include "base/parallel.h"
 #include "base/result.h"
 #include "field/thin_parts.h"
+#include "kernels/large_pages.h"
 #include "kernels/simd_math.h"
 #include "mesh/mesh_check.h"
 

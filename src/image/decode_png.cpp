@@ -10,12 +10,12 @@
 #include <span>
 #include <vector>
 
-#include "base/large_pages.h"
 #include "base/parallel.h"
 #include "image/byte_order.h"
 #include "image/color_description.h"
 #include "image/image_io.h"
 #include "image/png_errors.h"
+#include "kernels/large_pages.h"
 
 namespace polymorph {
 namespace {

@@ -2,7 +2,6 @@
 #include <array>
 
 #include "base/file.h"
-#include "base/large_pages.h"
 #include "base/memory.h"
 #include "base/parallel.h"
 #include "base/text.h"
@@ -12,6 +11,7 @@
 #include "image/oiio_loader.h"
 #include "image/sniff.h"
 #include "image/srgb.h"
+#include "kernels/large_pages.h"
 
 namespace polymorph {
 namespace {

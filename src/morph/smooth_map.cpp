@@ -214,7 +214,8 @@ SampledPlan sample_plan(const MorphPlan& plan, float time, const BallSet& balls,
 
 double regression_bytes(const Box& box, float size) {
   const Grid lattice = lattice_over(widened(box, kMargin * size), size, /*narrowing=*/1);
-  return static_cast<double>(kRegressionValues * sizeof(float) + sizeof(Strain)) *
+  // The strain is kept twice, because its windows are computed from one copy to the other.
+  return static_cast<double>(kRegressionValues * sizeof(float) + 2 * sizeof(Strain)) *
          lattice.points.x * lattice.points.y * lattice.points.z;
 }
 

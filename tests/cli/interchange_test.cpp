@@ -62,7 +62,7 @@ TEST_F(Interchange, QuantizedAndSimplifiedIsSmaller) {
                        "--quantize is for .glb files"));
   for (const char* wrong : {"0", "20%", "much"})
     EXPECT_TRUE(contains(run(2, {"mesh", "scene.json", "-o", "x.glb", "--error", wrong}).err,
-                         "write a share of the diagonal"));
+                         "is not a share of the diagonal"));
   EXPECT_FALSE(exists("x.glb"));
 }
 

@@ -1,4 +1,4 @@
-#include "base/large_pages.h"
+#include "kernels/large_pages.h"
 
 #include <gtest/gtest.h>
 

@@ -3,14 +3,30 @@
 // KiB.
 #pragma once
 
+#if defined(__linux__)
+#include <sys/mman.h>
+#endif
+
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 namespace polymorph {
 
 /// Asks the system for large pages (MADV_HUGEPAGE) wherever one fits into these bytes, which should
 /// not have been written yet. Does nothing if the system has no large pages.
-void request_large_pages(void* data, std::size_t bytes);
+inline void request_large_pages(void* data, std::size_t bytes) {
+#if defined(MADV_HUGEPAGE)  // Linux
+  constexpr std::uintptr_t kPage = std::uintptr_t{2} << 20;
+  const auto begin = reinterpret_cast<std::uintptr_t>(data);
+  const std::uintptr_t first = (begin + kPage - 1) / kPage * kPage,
+                       last = (begin + bytes) / kPage * kPage;
+  // A refusal only costs time.
+  if (first < last) (void)madvise(reinterpret_cast<void*>(first), last - first, MADV_HUGEPAGE);
+#else
+  (void)data, (void)bytes;
+#endif
+}
 
 /// Makes a vector of `count` zeros in large pages.
 template <class T>
