@@ -38,6 +38,16 @@ struct alignas(16) KernelSample {  // a GPU loads four floats at once
   float mass = 0, second = 0, third = 0;
 };
 
+/// On a GPU a copy, which is loaded four floats at once; on a CPU a reference, whose floats are
+/// broadcast to packs from memory.
+#if defined(__CUDA_ARCH__)
+template <class T>
+using LoadedOnce = const T;
+#else
+template <class T>
+using LoadedOnce = const T&;
+#endif
+
 /// Computes the coefficients at the lattice's nodes, kNodes per team. A team's threads share the
 /// samples: these are split into kChunks chunks, each of which has its own sums. The chunks' sums
 /// are added in a fixed order.
@@ -106,7 +116,7 @@ struct RegressNodes {
                        begin = chunk * chunk_size;
     const std::int64_t end = begin + chunk_size < samples.size ? begin + chunk_size : samples.size;
     for (std::int64_t e = begin; e < end; ++e) {
-      const KernelSample sample = samples[e];
+      LoadedOnce<KernelSample> sample = samples[e];
       const V dx = at.x - sample.center.x, dy = at.y - sample.center.y, dz = at.z - sample.center.z;
       const V d2 = fma(dz, dz, fma(dy, dy, dx * dx));
       // The limit keeps the argument in the range of exp2().
@@ -121,16 +131,19 @@ struct RegressNodes {
               middle2 = middle_or_zero * middle_or_zero, narrow = middle2 * middle2;
       const V kernel = fma(narrow, broadcast<V>(sample.mass),
                            fma(middle, broadcast<V>(sample.second), wide * sample.third));
-      const BallAttribute attributes[2] = {values[2 * e], values[2 * e + 1]};
-      for (int i = 0; i < kRegressionValues; ++i) {
-        const BallAttribute& attribute = attributes[i / 4];
-        if constexpr (kSloped) {
-          const Vec3 slope = attribute.slope[i % 4];
-          V local_value = fma(broadcast<V>(slope.z), dz, broadcast<V>(attribute.value[i % 4]));
-          local_value = fma(broadcast<V>(slope.x), dx, fma(broadcast<V>(slope.y), dy, local_value));
-          sums[i] = fma(kernel, local_value, sums[i]);
-        } else {
-          sums[i] = fma(kernel, broadcast<V>(attribute.value[i % 4]), sums[i]);
+      for (int m = 0; m < kRegressionValues / 4; ++m) {
+        LoadedOnce<BallAttribute> attribute = values[2 * e + m];
+        for (int i = 0; i < 4; ++i) {
+          V& sum = sums[4 * m + i];
+          if constexpr (kSloped) {
+            const Vec3 slope = attribute.slope[i];
+            V local_value = fma(broadcast<V>(slope.z), dz, broadcast<V>(attribute.value[i]));
+            local_value =
+                fma(broadcast<V>(slope.x), dx, fma(broadcast<V>(slope.y), dy, local_value));
+            sum = fma(kernel, local_value, sum);
+          } else {
+            sum = fma(kernel, broadcast<V>(attribute.value[i]), sum);
+          }
         }
       }
       sums[kRegressionValues] = sums[kRegressionValues] + kernel;
