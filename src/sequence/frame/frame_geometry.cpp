@@ -161,14 +161,13 @@ void shift(const PreparedActor& actor, ActorGeometry& geometry) {
   geometry.balls = std::move(balls);
 }
 
-/// Makes the geometry of an actor in a frame, with motion and labels; PreparedActor::offset is not
-/// applied.
-Result<ActorGeometry> full_geometry(const PreparedScene& prepared, const PreparedActor& actor,
+/// Makes the geometry of an actor in a frame of the scene, which has `frame_count` frames, with
+/// motion and labels; PreparedActor::offset is not applied.
+Result<ActorGeometry> full_geometry(const PreparedActor& actor, const Scene& scene, int frame_count,
                                     int frame, Engine& engine) {
-  const Scene& scene = prepared.scene;
   const int film_frame = shown_frame(scene, frame);
   const bool turntable = scene.frames.turntable > 0;  // only the camera moves
-  const bool is_last = turntable || frame == prepared.frame_count;
+  const bool is_last = turntable || frame == frame_count;
   const bool needs_labels =
       includes_aov(scene.image.aovs, "label") || includes_aov(scene.image.aovs, "crypto_label");
   const MorphState moment = morph_state_at(actor.timeline, film_frame);
@@ -250,7 +249,8 @@ Result<FrameGeometry> geometry_at(const PreparedScene& prepared, Engine& engine,
         continue;
       }
     }
-    PM_TRY(ActorGeometry full, full_geometry(prepared, actor, frame, engine));
+    PM_TRY(ActorGeometry full,
+           full_geometry(actor, prepared.scene, prepared.frame_count, frame, engine));
     geometry.actors.push_back(std::move(full));
   }
   for (std::size_t a = 0; a < prepared.actors.size(); ++a)
