@@ -8,9 +8,11 @@
 #include <set>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "analyze/analysis_report.h"
+#include "analyze/frame_measures.h"
 #include "base/file.h"
 #include "field/extract_surface.h"
 #include "testing/analyze.h"
@@ -159,6 +161,20 @@ TEST(Metrics, AreThoseOfEveryMorphAndOfThePage) {
                       std::back_inserter(unknown));
   EXPECT_EQ(missing, std::vector<std::string>{});
   EXPECT_EQ(unknown, std::vector<std::string>{});
+}
+
+TEST(FrameMeasures, AreThoseOfThePage) {
+  const std::string page = read_file(source_dir() / "docs/method.md").value();
+  const std::string section = page.substr(page.find("**Measures of each frame**"));
+  const std::string table = section.substr(section.find("|---"), section.find("\n\n**What"));
+  const std::regex row("\n\\| ([a-z_]+) \\| (.+) \\|");
+  std::vector<std::pair<std::string, std::string>> defined, expected;
+  const std::sregex_iterator end;
+  for (std::sregex_iterator match(table.begin(), table.end(), row); match != end; ++match)
+    defined.emplace_back((*match)[1], (*match)[2]);
+  for (const MeasureColumn& column : measure_columns())
+    expected.emplace_back(column.name, column.definition);
+  EXPECT_EQ(defined, expected);
 }
 
 }  // namespace
