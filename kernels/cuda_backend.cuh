@@ -350,7 +350,7 @@ class CudaBackend {
     finish_downloads();
   }
   /// Returns the memory into which a pass writes *count elements of a result: device memory, from
-  /// which download() copies.
+  /// which queue_download() copies.
   template <class T>
   View<T> output(std::vector<T>&, Buffer<T>& buffer, const std::int64_t* count,
                  std::int64_t guess) {
@@ -485,18 +485,14 @@ class CudaBackend {
         check_cuda(cudaEventRecord(arrived, stream_), "download");
       });
     };
-    try {
-      for (std::size_t batch = 0; batch + 1 < kBatches; ++batch) start_transfers(batch);
-      for (std::size_t batch = 0; batch * kBatchChunks < chunks.size(); ++batch) {
-        for_batch(batch, [&](const Download& chunk, const char* pinned, cudaEvent_t arrived) {
-          check_cuda(cudaEventSynchronize(arrived), "download");
-          copies[batch % kBatches].run([=] { parallel_copy(chunk.to, pinned, chunk.bytes); });
-        });
-        start_transfers(batch + kBatches - 1);
-      }
-    } catch (...) {
-      for (tbb::task_group& group : copies) group.wait();  // tasks may still copy
-      throw;
+    // If anything below throws, the groups' destructors wait for the tasks that still copy.
+    for (std::size_t batch = 0; batch + 1 < kBatches; ++batch) start_transfers(batch);
+    for (std::size_t batch = 0; batch * kBatchChunks < chunks.size(); ++batch) {
+      for_batch(batch, [&](const Download& chunk, const char* pinned, cudaEvent_t arrived) {
+        check_cuda(cudaEventSynchronize(arrived), "download");
+        copies[batch % kBatches].run([=] { parallel_copy(chunk.to, pinned, chunk.bytes); });
+      });
+      start_transfers(batch + kBatches - 1);
     }
     for (tbb::task_group& group : copies) group.wait();
     downloads_.clear();

@@ -180,6 +180,7 @@ struct SplineAxis : SplineAxisOf<float> {
       : SplineAxisOf<float>(p, origin, inv_spacing, nodes), first(static_cast<int>(middle) - 1) {}
 };
 
+constexpr int kQuadruples = kRegressionValues / 4;  ///< per node
 /// Four values of a node or of a column. A GPU loads them at once.
 struct alignas(16) Quadruple {
   float v[4];
@@ -189,6 +190,12 @@ struct alignas(16) Quadruple {
     for (int i = 0; i < 4; ++i) v[i] = fma(weight, four.v[i], v[i]);
   }
 };
+/// Writes the weighted sum of the four values of three columns.
+PM_HD inline void interpolate_columns(const Quadruple& low, const Quadruple& middle,
+                                      const Quadruple& high, const float (&weight)[3], float* out) {
+  for (int i = 0; i < 4; ++i)
+    out[i] = fma(weight[2], high.v[i], fma(weight[1], middle.v[i], low.v[i] * weight[0]));
+}
 
 /// Three neighbouring columns of nodes, the eight values of each summed over y and z. add() adds a
 /// row's three nodes from `node` on, times a weight; interpolate() writes the weighted sum of the
@@ -225,19 +232,16 @@ struct PackNodeColumns {
 using NodeColumns = PackNodeColumns;
 #else
 struct ScalarNodeColumns {
-  static constexpr int kHalves = kRegressionValues / 4;
-  Quadruple column[3][kHalves];
+  Quadruple column[3][kQuadruples];
   PM_HD void add(const float* node, float weight) {
     for (int i = 0; i < 3; ++i) {
-      for (int h = 0; h < kHalves; ++h)
-        column[i][h].add(node + kRegressionValues * i + 4 * h, weight);
+      for (int q = 0; q < kQuadruples; ++q)
+        column[i][q].add(node + kRegressionValues * i + 4 * q, weight);
     }
   }
   PM_HD void interpolate(float w0, float w1, float w2, float* out) const {
-    for (int i = 0; i < kRegressionValues; ++i) {
-      const auto value = [&](int c) { return column[c][i / 4].v[i % 4]; };
-      out[i] = fma(w2, value(2), fma(w1, value(1), value(0) * w0));
-    }
+    for (int q = 0; q < kQuadruples; ++q)
+      interpolate_columns(column[0][q], column[1][q], column[2][q], {w0, w1, w2}, out + 4 * q);
   }
 };
 using NodeColumns = ScalarNodeColumns;
@@ -280,7 +284,7 @@ struct SmoothMap {
     constexpr int kLanes = Lanes<V>::kCount;
     const SplineNodes<V> stencil(*this, p);
     if constexpr (kLanes == 1) {
-      add_point(stencil, value, slopes);
+      evaluate_point(stencil, value, slopes);
     } else {
       // [0]: for the values and their derivatives by x; [1]: by y; [2]: by z.
       alignas(64) float weights[3][9][kLanes], x_slopes[3][kLanes];
@@ -353,8 +357,8 @@ struct SmoothMap {
 
   /// Evaluates the values and derivatives (not yet divided by the spacing) at one point, a map at a
   /// time, because a GPU's thread has too few registers for the sums of both.
-  PM_HD void add_point(const SplineNodes<float>& stencil, float (&value)[kRegressionValues],
-                       float (&slopes)[3][kRegressionValues]) const {
+  PM_HD void evaluate_point(const SplineNodes<float>& stencil, float (&value)[kRegressionValues],
+                            float (&slopes)[3][kRegressionValues]) const {
     const auto &x = stencil.x, &y = stencil.y, &z = stencil.z;
     for (int first_value = 0; first_value < kRegressionValues; first_value += 4) {
       // [0]: for the values and their derivatives by x; [1]: by y; [2]: by z; each for three
@@ -369,16 +373,14 @@ struct SmoothMap {
             sums[i][column].add(node + kRegressionValues * column, weights[i]);
         }
       });
-      for (int v = 0; v < 4; ++v) {
-        const auto interpolate = [&](const Quadruple(&columns)[3], const float(&weight)[3]) {
-          return fma(weight[2], columns[2].v[v],
-                     fma(weight[1], columns[1].v[v], columns[0].v[v] * weight[0]));
-        };
-        value[first_value + v] = interpolate(sums[0], x.weight);
-        slopes[0][first_value + v] = interpolate(sums[0], x.slope);
-        slopes[1][first_value + v] = interpolate(sums[1], x.weight);
-        slopes[2][first_value + v] = interpolate(sums[2], x.weight);
-      }
+      const auto interpolate = [&](const Quadruple(&columns)[3], const float(&weight)[3],
+                                   float(&out)[kRegressionValues]) {
+        interpolate_columns(columns[0], columns[1], columns[2], weight, out + first_value);
+      };
+      interpolate(sums[0], x.weight, value);
+      interpolate(sums[0], x.slope, slopes[0]);
+      interpolate(sums[1], x.weight, slopes[1]);
+      interpolate(sums[2], x.weight, slopes[2]);
     }
   }
 
@@ -553,11 +555,10 @@ struct PackBrickSpline {
 struct TeamBrickSpline {
   static constexpr int kPoints = kBrickPoints;
   static constexpr int kColumns = 4;  ///< the most nodes along x; bricks of fine grids have 3 or 4
-  static constexpr int kHalves = kRegressionValues / 4;
   struct Scratch {
     int first[3][kPoints];        ///< per axis and coordinate, the first of its three nodes
     float weight[3][3][kPoints];  ///< the weights of these nodes
-    Quadruple columns[kPoints * kPoints][kColumns][kHalves];
+    Quadruple columns[kPoints * kPoints][kColumns][kQuadruples];
   };
 
   /// `first`: the brick's lowest point of `grid`.
@@ -583,19 +584,20 @@ struct TeamBrickSpline {
     count = scratch.first[0][kPoints - 1] + 3 - scratch.first[0][0];
     if (!has_lines()) return;
     // An item computes four values of a column.
-    team.each(kPoints * kPoints * kColumns * kHalves, [&](int item) {
-      const int column = item / kHalves % kColumns, line = item / kHalves / kColumns;
+    team.each(kPoints * kPoints * kColumns * kQuadruples, [&](int item) {
+      const int column = item / kQuadruples % kColumns, line = item / kQuadruples / kColumns;
       if (column >= count) return;
-      const int y = line % kPoints, z = line / kPoints, half = item % kHalves;
+      const int y = line % kPoints, z = line / kPoints, quadruple = item % kQuadruples;
       const std::int64_t row =
           scratch.first[1][y] + static_cast<std::int64_t>(nodes.y) * scratch.first[2][z];
-      const float* lowest =
-          map.nodes + kRegressionValues * (scratch.first[0][0] + column + nodes.x * row) + 4 * half;
+      const float* lowest = map.nodes +
+                            kRegressionValues * (scratch.first[0][0] + column + nodes.x * row) +
+                            4 * quadruple;
       Quadruple sums = {};
       map.for_nodes(lowest, [&](const float* node, int n) {
         sums.add(node, scratch.weight[1][n % 3][y] * scratch.weight[2][n / 3][z]);
       });
-      scratch.columns[line][column][half] = sums;
+      scratch.columns[line][column][quadruple] = sums;
     });
     team.sync();
   }
@@ -607,14 +609,10 @@ struct TeamBrickSpline {
     const int x = item % kPoints;
     const auto& columns = scratch.columns[item / kPoints];
     const int column = scratch.first[0][x] - scratch.first[0][0];
-    const float w0 = scratch.weight[0][0][x], w1 = scratch.weight[0][1][x],
-                w2 = scratch.weight[0][2][x];
-    for (int h = 0; h < kHalves; ++h) {
-      const Quadruple low = columns[column][h], middle = columns[column + 1][h],
-                      high = columns[column + 2][h];
-      for (int v = 0; v < 4; ++v)
-        out[4 * h + v] = fma(w2, high.v[v], fma(w1, middle.v[v], low.v[v] * w0));
-    }
+    for (int q = 0; q < kQuadruples; ++q)
+      interpolate_columns(
+          columns[column][q], columns[column + 1][q], columns[column + 2][q],
+          {scratch.weight[0][0][x], scratch.weight[0][1][x], scratch.weight[0][2][x]}, out + 4 * q);
   }
 
   Scratch& scratch;
@@ -677,7 +675,7 @@ constexpr int kStrainWindow = 4;  ///< nodes of a window along an axis
 /// Computes the largest values of the nodes n, n + step, ... of a window along one axis. After a
 /// pass along each axis, `to` holds the Strain of kStrainWindow^3 nodes from each node on, so that
 /// a box of nodes takes few look-ups. Windows beyond the lattice's end are undefined. An item is as
-/// many floats as V has lanes; both views have kPadding more floats than they need.
+/// many floats as V has lanes; both arrays have kPadding more floats than they need.
 template <class V>
 struct MaximizeStrain {
   static constexpr int kFloats = sizeof(Strain) / sizeof(float);  ///< per node
