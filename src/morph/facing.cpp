@@ -17,8 +17,9 @@ namespace {
 /// second plane's score_plane() is at least kMaxSecondScore times the first plane's.
 constexpr double kMinOverlap = 0.7, kMaxSecondScore = 0.97;
 /// The larger of two rotations is taken only if its discrepancy is below this fraction of the
-/// smaller rotation's.
-constexpr double kMaxDiscrepancyRatio = 0.9;
+/// smaller rotation's or, where the limbs match for certain at both, if its discrepancy times the
+/// cost of its match is.
+constexpr double kMaxDiscrepancyRatio = 0.9, kMaxCertainRatio = 0.95;
 /// A rotation that differs by less than this angle, in radians, from the plan's is replaced by it.
 constexpr double kMaxPlanDifference = 25 * exact::kPi / 180;
 /// Weights of the discrepancy (docs/method.md, Facing): kGeodesicWeight for the term in geodesic
@@ -213,7 +214,9 @@ std::optional<double> find_facing(LimbPlan& limbs, double plan_angle,
     // log_rotation() of the chosen rotation, so the angle is rounded in the same way here.
     matches[k] = match_at(
         limbs, angles[k] == plan_angle ? plan_angle : log_rotation(about_vertical(angles[k])).y);
-  if (is_certain(matches[0]) && is_certain(matches[1]))
+  const bool are_certain = is_certain(matches[0]) && is_certain(matches[1]);
+  // The discrepancy does not know the user's choices.
+  if (are_certain && (matches[0].is_chosen || matches[1].is_chosen))
     return angles[matches[1].cost < matches[0].cost ? 1 : 0];
   const ScaledBody body_a = scale_body(from.sample), body_b = scale_body(to.sample);
   std::array<double, 2> discrepancies;
@@ -221,7 +224,12 @@ std::optional<double> find_facing(LimbPlan& limbs, double plan_angle,
     const auto i = static_cast<std::size_t>(k);
     discrepancies[i] = fused_discrepancy(body_a, body_b, angles[i]);
   });
-  return angles[discrepancies[1] < kMaxDiscrepancyRatio * discrepancies[0] ? 1 : 0];
+  double max_ratio = kMaxDiscrepancyRatio;
+  if (are_certain) {
+    for (std::size_t k = 0; k < 2; ++k) discrepancies[k] *= matches[k].cost;
+    max_ratio = kMaxCertainRatio;
+  }
+  return angles[discrepancies[1] < max_ratio * discrepancies[0] ? 1 : 0];
 }
 
 }  // namespace polymorph

@@ -23,10 +23,11 @@ std::optional<double> find_front_axis(const Limbs& limbs);
 double azimuth_difference(double from, double to);
 
 /// Finds the rotation about the vertical, in radians, after which the object `limbs.from` faces as
-/// `limbs.to` does. Two rotations, half a turn apart, take one mirror plane to the other. If the
-/// limbs match for certain at both (is_certain()), the rotation with the cheaper match is returned.
-/// Otherwise the rotation with the smaller fused Gromov-Wasserstein discrepancy between the bodies'
-/// samples (Vayer et al. 2019) is returned, or the smaller rotation if both are nearly as good.
+/// `limbs.to` does. Two rotations, half a turn apart, take one mirror plane to the other. The
+/// rotation with the smaller fused Gromov-Wasserstein discrepancy between the bodies' samples
+/// (Vayer et al. 2019) is returned, or the smaller rotation if both are nearly as good. If the
+/// limbs match for certain at both (is_certain()), each discrepancy is multiplied by the cost of
+/// the match; if the user has chosen matches, the costs decide alone.
 /// `plan_angle`: the rotation that find_rotation() found; it replaces an angle within 25 degrees of
 /// it. `from_front`, `to_front`: known azimuths of the fronts, radians from +z towards +x; if both
 /// are given, the result is the angle between them. Returns nullopt if an object's front is unknown

@@ -15,7 +15,7 @@ namespace polymorph {
 
 /// Version of the cached correspondences. Raise it when the same sides and settings yield another
 /// Correspondence; stored ones are then ignored. A test pins the digests.
-inline constexpr std::uint32_t kPlanVersion = 9;
+inline constexpr std::uint32_t kPlanVersion = 10;
 
 /// The members of a plan that depend on its sides and settings only and are slow to compute.
 struct Correspondence {

@@ -172,7 +172,7 @@ Result<JsonValue> demo_scene(const fs::path& data, const std::string& from, cons
   scene["frames"] = demo_frames(1 + intermediate.size());
   scene["spheres"] = {{"balls", 96}};
   scene["surface"] = {{"resolution", 80}};
-  scene["image"] = {{"width", 360}, {"height", 270}, {"samples", 10}};
+  scene["image"] = {{"width", 360}, {"height", 270}, {"samples", 10}, {"smooth", true}};
   return scene;
 }
 

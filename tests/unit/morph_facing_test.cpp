@@ -70,6 +70,31 @@ TEST(Facing, FiguresTurnByTheirFeet) {
   }
 }
 
+/// The figure with a belly in front. `foot`: factor of the length of its feet; negative if they
+/// point backwards.
+std::vector<Ball> figure_with_belly(float foot, float belly) {
+  std::vector<Ball> balls = figure(0.3f);
+  for (Ball& ball : balls)
+    if (ball.center.y < 0.1f) ball.center.z *= foot;
+  balls.push_back(ball_at({0, 1.2f, belly}, 0.3f));
+  return balls;
+}
+
+TEST(Facing, BodiesOutweighLimbsThatHardlyDiffer) {
+  for (const bool has_long_feet : {false, true}) {
+    const float foot = has_long_feet ? 1.4f : 0.9f;
+    LimbPlan limbs{find_limbs(figure_with_belly(foot, 0.2f)),
+                   find_limbs(figure_with_belly(-foot, 0.2f))};
+    const LimbMatch front = match_at(limbs, 0),
+                    back = match_at(limbs, log_rotation(about_vertical(exact::kPi)).y);
+    ASSERT_TRUE(is_certain(front) && is_certain(back));
+    ASSERT_LT(back.cost, front.cost);  // the feet of the one point forwards, the other's backwards
+    const auto angle = find_facing(limbs, 0);
+    ASSERT_TRUE(angle);
+    EXPECT_LT(difference(*angle, has_long_feet ? exact::kPi : 0), 15 * kDegree) << foot;
+  }
+}
+
 TEST(Facing, HeedsLandmarks) {
   PlanSide from{figure(0.3f), {}, {}}, to{figure(0.3f), {}, {}};
   const auto find = [&] {
