@@ -1,6 +1,6 @@
 # A room is one folder of src/, with its subfolders, and one static library. Sources are globbed: adding a file is enough.
-# Most presets compile eight files of a room as one unit, which takes a third of the time: a name in an
-# unnamed namespace therefore stands once in a room. The preset `dev` compiles each file alone.
+# Most presets compile eight files of a room as one unit, which takes a third of the time, sanitizers and CI whole rooms: a name in
+# an unnamed namespace therefore stands once in a room. The preset `dev` compiles each file alone.
 # image/oiio, image/ocio and model/assimp are programs of their own (pm_program).
 add_library(pm_flags INTERFACE)
 target_compile_options(pm_flags INTERFACE
