@@ -109,13 +109,13 @@ class ProgramTest : public ::testing::Test {
   }
   /// Like finish(), but kills the program after `seconds`; the code is then 137.
   static Ran finish_within(const Started& started, int seconds) {
-    for (int tenth = 0; tenth < 10 * seconds; ++tenth) {
+    for (int hundredth = 0; hundredth < 100 * seconds; ++hundredth) {
       siginfo_t ended{};
       if (::waitid(P_PID, static_cast<id_t>(started.id), &ended, WEXITED | WNOHANG | WNOWAIT) ==
               0 &&
           ended.si_pid == started.id)
         return finish(started);
-      ::usleep(100000);
+      ::usleep(10000);
     }
     ::kill(started.id, SIGKILL);
     return finish(started);
