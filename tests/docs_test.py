@@ -40,7 +40,8 @@ DRAFT = [
     # A carried mesh has to follow a cube's edges, all of them; a sphere's takes the same way.
     (re.compile(r"(mesh scene\.json --topology constant)"), r"\1 -f 1-6 --set source=sphere"),
     (re.compile(r"(strip walk\.json)"), r"\1 --set spheres.balls=8 --set surface.resolution=16"),
-    (re.compile(r"(spheres first\.obj --balls) 64"), r"\1 16"),
+    (re.compile(r"(spheres first\.obj --balls) 64"), r"\1 16 --width 120"),
+    (re.compile(r"(render walk\.glb -o \S+)"), r"\1 --preview"),
     # The README's other demo is made as it is.
     (re.compile(r"(demo monkey spider --through puddle)"), r"\1 --set spheres.balls=24 --set surface.resolution=32"),
 ]
@@ -83,7 +84,7 @@ def prepare(folder: pathlib.Path):
             elif name == "pairs":
                 game = read_json(file)
                 game["scene"] = shrink(game.get("scene", {})) | {
-                    "frames": {"fps": 1}, "boundary": {"method": "cut"}, "spheres": {"method": "octree", "resolution": 3, "fit": "none"}}
+                    "frames": {"fps": 1}, "boundary": {"method": "cut"}, "motion": {"interpolate": "balls"}, "spheres": {"method": "octree", "resolution": 3, "fit": "none"}}
                 game["moves"] = game.get("moves", [])[:2]
                 target.write_text(json.dumps(game))
             else:
