@@ -429,7 +429,9 @@ LimbCurves make_curves(const MatchSide& object, const MatchSide& other, double a
     // lone limb.
     const Vec3d root(curves.lone.back().points[0]);
     std::size_t nearest = balls.size();
-    const auto distance = [&](std::size_t b) { return length(Vec3d(balls[b].center) - root); };
+    const auto distance = [&](std::size_t b) {
+      return length(Vec3d(object.balls[b].center) - root);
+    };
     for (std::size_t b = 0; b < balls.size(); ++b)
       if (curves.lone_limbs[b] == kNoLabel && matched_limbs[b] == kNoLabel &&
           (nearest == balls.size() || distance(b) < distance(nearest)))
