@@ -37,7 +37,7 @@ DRAWN_WINDOWS = [*WINDOWS[:2], (900, 560, False)]
 FRAMES = 9
 SCENE = {
     "source": {"shape": "cube", "color": [0.7, 0.2, 0.1]}, "target": {"shape": "torus", "color": [0.1, 0.4, 0.7]}, "spheres": {"balls": 16},
-    "frames": {"count": FRAMES, "fps": 30}, "surface": {"resolution": 24}, "image": {"width": 96, "height": 72, "samples": 4},
+    "frames": {"count": FRAMES, "fps": 30}, "surface": {"resolution": 16}, "image": {"width": 96, "height": 72, "samples": 4},
 }
 # Runs in a page: controls that overlap, that stand outside the window (where it does not scroll) or that a finger cannot hit.
 LAYOUT = """
