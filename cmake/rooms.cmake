@@ -1,5 +1,5 @@
 # A room is one folder of src/, with its subfolders, and one static library. Sources are globbed: adding a file is enough.
-# Most presets compile eight files of a room as one unit, which takes a third of the time, sanitizers and CI whole rooms: a name in
+# Most presets compile eight files of a room as one unit, which takes a third of the time, sanitizers whole rooms: a name in
 # an unnamed namespace therefore stands once in a room. The preset `dev` compiles each file alone.
 # image/oiio, image/ocio and model/assimp are programs of their own (pm_program).
 add_library(pm_flags INTERFACE)
