@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <string_view>
 
 #include "kernels/floating_point.h"
@@ -47,7 +48,9 @@ class Tile {
         width_(std::min(kTile, job.image.width - left_)),
         height_(std::min(kTile, job.image.height - top_)),
         mattes_(job.mattes->layer_count() * kPixels),
-        guides_(job.image.denoise ? kPixels : 0) {}
+        guides_(job.image.denoise ? kPixels : 0) {
+    wave_.samples.fill(0);  // make_camera_rays() reads those of eight paths even if there are fewer
+  }
 
   /// Takes all samples, in rounds; after each round only pixels that have not converged continue.
   void sample() {
@@ -215,9 +218,18 @@ class Tile {
     last_sample_ = static_cast<std::uint32_t>(to - 1);
     for (int pixel = 0; pixel < width_ * height_; ++pixel) {
       if (done_[pixel]) continue;
+      const int column = left_ + pixel % width_, row = top_ + pixel / width_;
+      // The index of a sample is that of the pixel's first one plus the sample's number.
+      const SampleIndex first =
+          sample_index(job_.sampler, column, row, /*sample=*/0, moving_[pixel]);
+      wave_.sequence = first.sequence;  // the same for the whole tile (SampleIndex)
       for (int s = from; s < to; ++s) {
-        pixels_[wave_.count] = pixel;
-        sample_indices_[wave_.count] = static_cast<std::uint32_t>(s);
+        const int path = wave_.count;
+        pixels_[path] = pixel;
+        columns_[path] = static_cast<float>(column);
+        rows_[path] = static_cast<float>(row);
+        sample_indices_[path] = static_cast<std::uint32_t>(s);
+        wave_.samples[path] = first.reversed | reverse_bits(static_cast<std::uint32_t>(s));
         if (++wave_.count == Wavefront::kMax) flush();
       }
     }
@@ -288,21 +300,18 @@ class Tile {
 
   /// Makes the camera rays of the wave's paths [first, first + 8).
   void make_camera_rays(int first) {
-    const int end = std::min(first + kLanes, wave_.count);
-    Pack x{}, y{};
-    PackBits index{};
-    for (int i = first; i < end; ++i) {
-      const int column = left_ + pixels_[i] % width_, row = top_ + pixels_[i] / width_;
-      const SampleIndex sample =
-          sample_index(job_.sampler, column, row, sample_indices_[i], moving_[pixels_[i]]);
-      x[i - first] = static_cast<float>(column);
-      y[i - first] = static_cast<float>(row);
-      index[i - first] = wave_.samples[i] = sample.reversed;
-      wave_.sequence = sample.sequence;  // the same for the whole tile (SampleIndex)
-    }
+    PackBits index;
+    std::memcpy(&index, &wave_.samples[first], sizeof index);
     const PathSamplerOf<Pack> sampler(job_.sampler, wave_.sequence, index);
-    const RayOf<Pack3> rays = sample_camera_rays<Pack3>(job_.camera, sampler, x, y);
-    for (int i = first; i < end; ++i) wave_.rays[i] = lane(rays, i - first);
+    const RayOf<Pack3> rays =
+        sample_camera_rays<Pack3>(job_.camera, sampler, Lanes<Pack>::load(&columns_[first]),
+                                  Lanes<Pack>::load(&rows_[first]));
+    Pack columns[kLanes];
+    static_assert(sizeof rays == sizeof columns && sizeof(Ray) == kLanes * sizeof(float));
+    std::memcpy(columns, &rays, sizeof columns);
+    float* starts[kLanes];
+    for (int l = 0; l < kLanes; ++l) starts[l] = &wave_.rays[first + l].origin.x;
+    store_rows<kLanes>(columns, starts);
   }
 
   /// Marks the pixels that are done after their first `samples` samples: those that have converged
@@ -349,7 +358,8 @@ class Tile {
   std::array<CenterRow, kTile> centers_;
   std::array<bool, kPixels> moving_{};  ///< whether the pixel's centre shows something that moves
   Wavefront wave_;
-  std::array<int, Wavefront::kMax> pixels_;  ///< pixel per path of the wave
+  std::array<int, Wavefront::kMax> pixels_;                ///< pixel per path of the wave
+  std::array<float, Wavefront::kMax> columns_{}, rows_{};  ///< coordinates of that pixel
   std::array<std::uint32_t, Wavefront::kMax>
       sample_indices_;             ///< index of the sample within the pixel, per path
   std::uint32_t last_sample_ = 0;  ///< index of the last sample of the round

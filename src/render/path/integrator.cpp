@@ -36,11 +36,12 @@ class Tracer {
  public:
   Tracer(const World& world, const FrameSampler& sampler, const Wavefront& wave, RayStats& stats)
       : world_(world), sampler_(sampler), wave_(wave), stats_(stats) {
+    PathRow start;
+    start.depth_left = static_cast<float>(world.max_depth);
     for (int i = 0; i < wave.count; ++i) {
-      PathRow& path = paths_[i] = {};
+      PathRow& path = paths_[i] = start;
       path.ray = wave.rays[i];
       path.ray.far = kInfinity;
-      path.depth_left = static_cast<float>(world.max_depth);
       path.sample = wave.samples[i];
       active_.add(static_cast<std::uint32_t>(i));
       direct_[i] = {};
@@ -121,6 +122,17 @@ class Tracer {
     return intersection;
   }
 
+  /// Stores the intersections of the lanes `where`.
+  void store_intersection(const IntersectionOf<Pack>& intersection, PackBits rows, PackMask where) {
+    Pack columns[8] = {};
+    std::memcpy(columns, &intersection, sizeof intersection);
+    IntersectionRow unused;  // receives the lanes that are not stored
+    float* starts[kLanes];
+    for (int l = 0; l < kLanes; ++l)
+      starts[l] = reinterpret_cast<float*>(where[l] ? &intersections_[rows[l]] : &unused);
+    store_rows<8>(columns, starts);
+  }
+
   /// Calls f(paths, rows, live) for eight paths of a list at a time, and stores the paths that f
   /// has not stored (handled_). `live`: lanes that hold a path. f returns the lanes whose paths
   /// continue. It adds the paths that it has stored to a list itself.
@@ -148,18 +160,22 @@ class Tracer {
     for (int first = 0; first < to_intersect.count; first += kPacket) {
       const int count = std::min(kPacket, to_intersect.count - first);
       RayOf<Pack3> rays[2];
+      PackBits rows[2];
       IntersectionOf<Pack> intersections[2];
-      for (int k = 0; k < count; k += kLanes)
-        rays[k / kLanes] = load(load_row_indices(to_intersect, first + k)).ray;
+      for (int k = 0; k < count; k += kLanes) {
+        rows[k / kLanes] = load_row_indices(to_intersect, first + k);
+        rays[k / kLanes] = load(rows[k / kLanes]).ray;
+      }
       intersect_closest(world_, rays, intersections, count, /*coherent=*/depth_ == 1, stats_);
-      for (int i = 0; i < count; ++i) {
-        const std::uint32_t row = to_intersect.items[first + i];
-        const Intersection intersection = lane(intersections[i / kLanes], i % kLanes);
-        intersections_[row].intersection = intersection;
-        (intersection.mesh.mesh != kNoMesh ? meshes_
-         : intersection.floor < kInfinity  ? floors_
-                                           : escaped_)
-            .add(row);
+      for (int k = 0; k < count; k += kLanes) {
+        const IntersectionOf<Pack>& hits = intersections[k / kLanes];
+        const PackMask live = first_lanes(count - k);
+        store_intersection(hits, rows[k / kLanes], live);
+        const PackMask on_mesh = live & (hits.mesh.mesh != kNoMesh);
+        const PackMask on_floor = live & !on_mesh & (hits.floor < kInfinity);
+        meshes_.add(rows[k / kLanes], on_mesh);
+        floors_.add(rows[k / kLanes], on_floor);
+        escaped_.add(rows[k / kLanes], live & !on_mesh & !on_floor);
       }
     }
   }
@@ -274,7 +290,9 @@ class Tracer {
   // active_: paths that continue in the next step. The other lists divide the paths of this step by
   // what they hit, or by the limit that they have reached: of glass boundaries or of depth.
   PathList active_, escaped_, floors_, meshes_, inside_glass_, depth_limit_;
-  std::array<PathRow, Wavefront::kMax> paths_;
+  union {  // leaves the rows without a value until the constructor sets those of the wave's paths
+    std::array<PathRow, Wavefront::kMax> paths_;
+  };
   std::array<IntersectionRow, Wavefront::kMax> intersections_;
   std::array<Vec3, Wavefront::kMax> direct_;  ///< light of each path's shadow rays
   ShadowRays shadows_{world_, stats_, direct_.data()};
@@ -333,7 +351,6 @@ void trace(const World& world, const FrameSampler& sampler, Wavefront& wave, Ray
 void find_first_hits(const World& world, const RayOf<Pack3>& rays,
                      const IntersectionOf<Pack>& first, CostlyValues values,
                      FirstHit (&hits)[kLanes]) {
-  std::fill(std::begin(hits), std::end(hits), FirstHit{});
   const PackMask on_mesh = first.mesh.mesh != kNoMesh;
   const PackMask on_floor = (!on_mesh) & (first.floor < kInfinity);
   if (any(on_mesh)) set_mesh_values(world, rays, first.mesh, values, on_mesh, hits);

@@ -53,7 +53,8 @@ struct CostlyValues {
 #if defined(PM_PACKS)
 /// Computes the AOVs of eight camera rays, whose first intersections are `first`. The caller must
 /// complete FirstHit::depth and FirstHit::motion, which depend on the camera: `depth` is the
-/// distance along the ray here, and `motion` is not set.
+/// distance along the ray here, and `motion` is not set. `hits`: default values, which stay where a
+/// ray hits nothing.
 void find_first_hits(const World& world, const RayOf<Pack3>& rays,
                      const IntersectionOf<Pack>& first, CostlyValues values,
                      FirstHit (&hits)[kLanes]);
