@@ -200,11 +200,11 @@ TransferredMaterials transfer_materials(const Model& model, const ClosestPointQu
           uv = continue_chart(model, border.center_hit, border.corners);
           std::copy(uv.begin(), uv.end(), &result.corner_uvs[3 * t]);
         }
-        for (std::size_t c = 0; c < 3; ++c) {
+        for (std::size_t c = 0; c < 3 && !is_visible[k]; ++c) {
           const std::uint32_t material = material_at(model, nearest.hits[v[c]].triangle);
-          is_visible[k] |= material != result.triangle_materials[t] ||
-                           (textured && !look_alike(texel(model, material, uv[c]),
-                                                    texel(model, material, nearest.uvs[v[c]])));
+          is_visible[k] = material != result.triangle_materials[t] ||
+                          (textured && !look_alike(texel(model, material, uv[c]),
+                                                   texel(model, material, nearest.uvs[v[c]])));
         }
       },
       /*grain=*/64);
