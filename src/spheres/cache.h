@@ -15,7 +15,7 @@ namespace polymorph {
 
 /// Part of the cache key. Increment it whenever approximate() may give a different result for the
 /// same model and settings; the test Cache.DigestsArePinned detects that.
-inline constexpr std::uint32_t kSpheresVersion = 11;
+inline constexpr std::uint32_t kSpheresVersion = 12;
 
 /// Loads the approximation stored in `folder` under this key, if there is one. For a file that is
 /// damaged, foreign, of another version or under a wrong name it logs a warning and returns

@@ -226,8 +226,7 @@ void limit_axes(FitBall& ball, double length) {
 
 /// Evaluates all points after the balls have changed.
 void evaluate(const std::vector<FitBall>& balls, const Fit& fit, FitRows& rows) {
-  rows.clear();
-  add_fit_rows(balls, fit.points, fit.length, fit.parameters, rows);
+  compute_fit_rows(balls, fit.points, fit.length, fit.parameters, rows);
 }
 
 /// Evaluates only points added since the last call, with unchanged balls.
@@ -263,18 +262,25 @@ bool improve(Fit& fit) {
   return false;
 }
 
+/// Computes the first-order signed distance of a sample.
+double compute_distance(const Fit& fit, std::size_t sample) {
+  const std::size_t p = 3 * sample;
+  return static_cast<double>(fit.rows.psi[p]) / static_cast<double>(fit.rows.steepness[p]);
+}
+
 /// Computes the contribution of each ball: the squared error that its removal would cause, to first
 /// order.
 std::vector<double> compute_contributions(const Fit& fit) {
   std::vector<double> contributions(fit.balls.size(), 0.0);
   for (std::size_t s = 0; s < fit.sample_count; ++s) {
     const std::size_t p = 3 * s;  // the sample's point on the surface
-    for (std::uint32_t e = fit.rows.begins[p]; e < fit.rows.begins[p + 1]; ++e) {
+    const auto steepness = static_cast<double>(fit.rows.steepness[p]);
+    for_each_fit_entry(fit.rows, p, [&](std::uint32_t ball, float weight, std::uint32_t) {
       // Without the ball psi changes by ln(1 - q); the two limits keep this finite.
-      const double q = std::min(static_cast<double>(fit.rows.weights[e]), 0.999);
-      const double shift = std::min(-exact::log1p(-q) / fit.rows.steepness[p], 0.05 * fit.length);
-      contributions[fit.rows.balls[e]] += shift * shift;
-    }
+      const double q = std::min(static_cast<double>(weight), 0.999);
+      const double shift = std::min(-exact::log1p(-q) / steepness, 0.05 * fit.length);
+      contributions[ball] += shift * shift;
+    });
   }
   return contributions;
 }
@@ -292,10 +298,10 @@ void move_balls(Fit& fit, const std::vector<BoundarySample>& samples, double max
   // Distribute each sample's squared error to its balls.
   std::vector<double> squared_errors(fit.balls.size(), 0.0);
   for (std::size_t s = 0; s < fit.sample_count; ++s) {
-    const std::size_t p = 3 * s;
-    const double e = fit.rows.psi[p] / fit.rows.steepness[p];
-    for (std::uint32_t k = fit.rows.begins[p]; k < fit.rows.begins[p + 1]; ++k)
-      squared_errors[fit.rows.balls[k]] += static_cast<double>(fit.rows.weights[k]) * e * e;
+    const double e = compute_distance(fit, s);
+    for_each_fit_entry(fit.rows, 3 * s, [&](std::uint32_t ball, float weight, std::uint32_t) {
+      squared_errors[ball] += static_cast<double>(weight) * e * e;
+    });
   }
   std::vector<std::size_t> by_error(fit.balls.size());
   std::iota(by_error.begin(), by_error.end(), std::size_t{0});
@@ -309,13 +315,12 @@ void move_balls(Fit& fit, const std::vector<BoundarySample>& samples, double max
   std::vector<std::size_t> worst_sample(fit.balls.size(), fit.sample_count);
   std::vector<double> worst_error(fit.balls.size(), 0.0);
   for (std::size_t s = 0; s < fit.sample_count; ++s) {
-    const std::size_t p = 3 * s;
-    const double e = std::abs(fit.rows.psi[p] / fit.rows.steepness[p]);
-    for (std::uint32_t k = fit.rows.begins[p]; k < fit.rows.begins[p + 1]; ++k) {
-      const double weighted_error = e * static_cast<double>(fit.rows.weights[k]);
-      if (weighted_error > worst_error[fit.rows.balls[k]])
-        worst_error[fit.rows.balls[k]] = weighted_error, worst_sample[fit.rows.balls[k]] = s;
-    }
+    const double e = std::abs(compute_distance(fit, s));
+    for_each_fit_entry(fit.rows, 3 * s, [&](std::uint32_t ball, float weight, std::uint32_t) {
+      const double weighted_error = e * static_cast<double>(weight);
+      if (weighted_error > worst_error[ball])
+        worst_error[ball] = weighted_error, worst_sample[ball] = s;
+    });
   }
   std::size_t move_count = 0;
   for (std::size_t i = 0; i < by_error.size() && move_count < max_moves; ++i) {
@@ -332,7 +337,8 @@ void move_balls(Fit& fit, const std::vector<BoundarySample>& samples, double max
       const float r = std::max(sample.inner_radius, 0.004f * static_cast<float>(fit.length));
       fit.balls[moved] = make_ball({sample.point - sample.normal * r, r});
       // The ball adds 1 - field at the sample, so that the sum there is 1.
-      fit.balls[moved].w += exact::log(-exact::expm1(std::max(fit.rows.psi[3 * s], -40.0)));
+      fit.balls[moved].w +=
+          exact::log(-exact::expm1(std::max(static_cast<double>(fit.rows.psi[3 * s]), -40.0)));
       continue;
     }
     // Split the ball along its longest axis into two smaller and weaker halves.
@@ -385,7 +391,7 @@ std::vector<Ball> to_balls(const Fit& fit) {
 double compute_surface_rms(const Fit& fit) {
   double sum = 0;
   for (std::size_t s = 0; s < fit.sample_count; ++s) {
-    const double error = fit.rows.psi[3 * s] / fit.rows.steepness[3 * s];
+    const double error = compute_distance(fit, s);
     sum += error * error;
   }
   return std::sqrt(sum / static_cast<double>(fit.sample_count));

@@ -3,469 +3,484 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <span>
-#include <utility>
 
-#include "base/exact_math.h"
 #include "base/parallel.h"
-#include "mesh/four_doubles.h"
+#include "kernels/simd_math.h"
 
 namespace polymorph {
 namespace {
 
 using Eigen::Vector3d;
 
+static_assert(kFitLanes == Lanes<Pack>::kCount);
+
 constexpr std::size_t kGroupSize = 32;  // points that use a common list of balls
+static_assert(kFitChunkSize % kGroupSize == 0 && kGroupSize % kFitLanes == 0);
 
-/// Balls as a structure of arrays, for the bounds of groups.
-struct BallArrays {
-  std::vector<double> center[3], root[3][3], w, norm;
+/// A ball whose contribution is below e^-kNegligible times the largest does not matter.
+constexpr float kNegligible = 9;
+constexpr float kLog2E = 1.44269504f, kLn2 = 0.693147181f;
 
-  explicit BallArrays(const std::vector<FitBall>& balls) {
-    for (const FitBall& ball : balls) {
-      for (Eigen::Index r = 0; r < 3; ++r) {
-        center[r].push_back(ball.center[r]);
-        for (Eigen::Index c = 0; c < 3; ++c) root[r][c].push_back(ball.root(r, c));
+/// FitBall in single precision, in one cache line.
+struct alignas(64) SingleBall {
+  float center[3], root[3][3], w;
+};
+
+/// All balls in single precision, relative to `origin`, so that a model may lie anywhere.
+struct SingleBalls {
+  Vector3d origin = Vector3d::Zero();  ///< mean of the centres
+  std::vector<SingleBall> balls;
+  /// Structure of arrays of their numbers, for the bounds of groups. Balls that never matter fill
+  /// the last vector.
+  std::vector<float> center[3], root[3][3], w, norm;
+
+  explicit SingleBalls(const std::vector<FitBall>& all) {
+    for (const FitBall& ball : all) origin += ball.center;
+    origin /= static_cast<double>(all.size());
+    const std::size_t padded_count = (all.size() + kFitLanes - 1) / kFitLanes * kFitLanes;
+    for (std::size_t k = 0; k < 3; ++k) {
+      center[k].resize(padded_count);
+      for (std::size_t c = 0; c < 3; ++c) root[k][c].resize(padded_count);
+    }
+    w.resize(padded_count, -1e30f);
+    norm.resize(padded_count);
+    balls.resize(all.size());
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const Vector3d offset = all[i].center - origin;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto row = static_cast<Eigen::Index>(k);
+        balls[i].center[k] = center[k][i] = static_cast<float>(offset[row]);
+        for (std::size_t c = 0; c < 3; ++c)
+          balls[i].root[k][c] = root[k][c][i] =
+              static_cast<float>(all[i].root(row, static_cast<Eigen::Index>(c)));
       }
-      w.push_back(ball.w);
-      norm.push_back(ball.root.norm());
+      balls[i].w = w[i] = static_cast<float>(all[i].w);
+      norm[i] = static_cast<float>(all[i].root.norm());
     }
   }
 };
 
-/// Ball of a group, in the order in which its numbers are read.
-struct GroupBall {
-  double center[3], root[3][3], w;
+struct Packs3 {
+  Pack x, y, z;
 };
 
-/// Balls that may matter at the points of a group (whose contribution may exceed e^-9 times the
-/// largest). One object is reused for many groups, so that it keeps its memory.
+Pack dot_product(const Packs3& a, const Packs3& b) {
+  return fma(a.x, b.x, fma(a.y, b.y, a.z * b.z));
+}
+
+/// Computes root v.
+Packs3 multiply(const float (&root)[3][3], const Packs3& v) {
+  const auto row = [&](const float(&r)[3]) {
+    return fma(broadcast<Pack>(r[0]), v.x,
+               fma(broadcast<Pack>(r[1]), v.y, broadcast<Pack>(r[2]) * v.z));
+  };
+  return {row(root[0]), row(root[1]), row(root[2])};
+}
+/// Computes root^T v.
+Packs3 multiply_transposed(const float (&root)[3][3], const Packs3& v) {
+  const auto column = [&](std::size_t c) {
+    return fma(broadcast<Pack>(root[0][c]), v.x,
+               fma(broadcast<Pack>(root[1][c]), v.y, broadcast<Pack>(root[2][c]) * v.z));
+  };
+  return {column(0), column(1), column(2)};
+}
+
+/// Computes u = root (x - center).
+Packs3 to_ball_space(const SingleBall& ball, const Packs3& x) {
+  return multiply(ball.root, {x.x - ball.center[0], x.y - ball.center[1], x.z - ball.center[2]});
+}
+
+/// kFitLanes points of a group, relative to SingleBalls::origin. Unused lanes repeat the last
+/// point, with weight 0.
+struct PackedPoints {
+  Packs3 position;
+  Pack target;
+  Pack weight_above, weight_below;  ///< weights at distances above the target, and elsewhere
+
+  PackedPoints(const FitPoint* points, std::size_t count, const Vector3d& origin) {
+    constexpr float kSteepFactor = 0.2f;
+    alignas(32) float values[6][kFitLanes];
+    for (std::size_t k = 0; k < kFitLanes; ++k) {
+      const FitPoint& point = points[std::min(k, count - 1)];
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto i = static_cast<Eigen::Index>(axis);
+        values[axis][k] = static_cast<float>(point.point[i] - origin[i]);
+      }
+      values[3][k] = static_cast<float>(point.target);
+      const float weight = k < count ? static_cast<float>(point.weight) : 0;
+      float& above = values[4][k] = weight;
+      float& below = values[5][k] = weight;
+      switch (point.rule) {
+        case FitPoint::Rule::kSurface:
+          break;
+        case FitPoint::Rule::kInside:
+          above = 0;
+          break;
+        case FitPoint::Rule::kOutside:
+          below = 0;
+          break;
+        case FitPoint::Rule::kOffset:
+          // A field steeper than a distance is harmless; a flatter one means that a second sheet is
+          // near.
+          (point.target > 0 ? above : below) *= kSteepFactor;
+          break;
+      }
+    }
+    const auto load = [&](std::size_t row) { return Lanes<Pack>::load(values[row]); };
+    position = {load(0), load(1), load(2)};
+    target = load(3), weight_above = load(4), weight_below = load(5);
+  }
+};
+
+/// Balls that may matter at the points of a group. One object is reused for many groups, so that it
+/// keeps its memory.
 class GroupBalls {
  public:
   std::vector<std::uint32_t> indices;
-  std::vector<GroupBall> balls;
 
-  void collect(const BallArrays& all, const FitPoint* points, std::size_t count) {
-    constexpr double kNegligible = 9;
+  void collect(const SingleBalls& all, const FitPoint* points, std::size_t count) {
     Vector3d low = points[0].point, high = low;
     for (std::size_t i = 1; i < count; ++i) {
       low = low.cwiseMin(points[i].point);
       high = high.cwiseMax(points[i].point);
     }
-    const double max_lower_bound = find_bounds(all, (low + high) / 2, (high - low).norm() / 2);
+    const float min_logarithm =
+        find_bounds(all, (low + high) / 2 - all.origin, (high - low).norm() / 2) - kNegligible;
     indices.clear();
-    for (std::size_t i = 0; i < upper_bounds_.size(); ++i)
-      if (upper_bounds_[i] > max_lower_bound - kNegligible)
-        indices.push_back(static_cast<std::uint32_t>(i));
-    balls.resize(indices.size());
-    for (std::size_t k = 0; k < indices.size(); ++k) {
-      const std::size_t i = indices[k];
-      GroupBall& ball = balls[k];
-      for (std::size_t r = 0; r < 3; ++r) {
-        ball.center[r] = all.center[r][i];
-        for (std::size_t c = 0; c < 3; ++c) ball.root[r][c] = all.root[r][c][i];
-      }
-      ball.w = all.w[i];
+    for (std::size_t i = 0; i < upper_bounds_.size(); i += kFitLanes) {
+      const Pack upper = Lanes<Pack>::load(upper_bounds_.data() + i);
+      for (std::uint32_t bits = Lanes<Pack>::bits(upper > min_logarithm); bits != 0;
+           bits &= bits - 1)
+        indices.push_back(static_cast<std::uint32_t>(i) +
+                          static_cast<std::uint32_t>(std::countr_zero(bits)));
     }
   }
-  std::size_t size() const { return indices.size(); }
 
  private:
-  /// Sets bounds of the logarithm of each ball's contribution within `radius` of `middle`; returns
-  /// the largest lower bound. Within the radius, |root (x - center)| changes by at most `extent`.
-  double find_bounds(const BallArrays& all, const Vector3d& middle, double radius) {
-    const std::size_t count = all.w.size();
-    upper_bounds_.resize(count);
-    lower_bounds_.resize(count);
-    const double *c0 = all.center[0].data(), *c1 = all.center[1].data(), *c2 = all.center[2].data();
-    const double *r00 = all.root[0][0].data(), *r01 = all.root[0][1].data(),
-                 *r02 = all.root[0][2].data(), *r10 = all.root[1][0].data(),
-                 *r11 = all.root[1][1].data(), *r12 = all.root[1][2].data(),
-                 *r20 = all.root[2][0].data(), *r21 = all.root[2][1].data(),
-                 *r22 = all.root[2][2].data(), *w = all.w.data(), *norm = all.norm.data();
-    double* __restrict upper = upper_bounds_.data(), * __restrict lower = lower_bounds_.data();
-    const double mx = middle[0], my = middle[1], mz = middle[2];
-    for (std::size_t i = 0; i < count; ++i) {
-      const double x = mx - c0[i], y = my - c1[i], z = mz - c2[i];
-      const double u0 = r00[i] * x + (r01[i] * y + r02[i] * z),
-                   u1 = r10[i] * x + (r11[i] * y + r12[i] * z),
-                   u2 = r20[i] * x + (r21[i] * y + r22[i] * z);
-      const double distance = std::sqrt(u0 * u0 + (u1 * u1 + u2 * u2)), extent = norm[i] * radius;
-      const double inner = distance - extent, near = inner > 0.0 ? inner : 0.0,
-                   far = distance + extent;
-      upper[i] = w[i] - near * near;
-      lower[i] = w[i] - far * far;
+  /// Sets upper bounds of the logarithm of each ball's contribution within `radius` of `middle`;
+  /// returns the largest lower bound. Within the radius, |root (x - center)| changes by at most
+  /// `extent`.
+  float find_bounds(const SingleBalls& all, const Vector3d& middle, double radius) {
+    upper_bounds_.resize(all.w.size());
+    const auto mx = static_cast<float>(middle[0]), my = static_cast<float>(middle[1]),
+               mz = static_cast<float>(middle[2]), r = static_cast<float>(radius);
+    Pack max_lower_bound = broadcast<Pack>(-1e30f);
+    for (std::size_t i = 0; i < all.w.size(); i += kFitLanes) {
+      const auto load = [i](const std::vector<float>& values) {
+        return Lanes<Pack>::load(values.data() + i);
+      };
+      const Packs3 d{mx - load(all.center[0]), my - load(all.center[1]), mz - load(all.center[2])};
+      const auto row = [&](std::size_t k) {
+        return dot_product({load(all.root[k][0]), load(all.root[k][1]), load(all.root[k][2])}, d);
+      };
+      const Packs3 u{row(0), row(1), row(2)};
+      const Pack distance = sqrt(dot_product(u, u)), extent = load(all.norm) * r, w = load(all.w);
+      const Pack near = max(distance - extent, Pack{}), far = distance + extent;
+      Lanes<Pack>::store(upper_bounds_.data() + i, w - near * near);
+      max_lower_bound = max(max_lower_bound, w - far * far);
     }
-    double max_lower_bound = -1e300;
-    for (std::size_t i = 0; i < count; ++i) max_lower_bound = std::max(max_lower_bound, lower[i]);
-    return max_lower_bound;
+    float largest = max_lower_bound[0];
+    for (int k = 1; k < Lanes<Pack>::kCount; ++k) largest = std::max(largest, max_lower_bound[k]);
+    return largest;
   }
 
-  std::vector<double> upper_bounds_, lower_bounds_;
+  std::vector<float> upper_bounds_;
 };
 
-/// A point's residual and loss.
-struct Loss {
-  double difference = 0;  ///< psi / steepness - target
-  double weight = 0;      ///< weight of `difference` squared that represents Huber's loss (IRLS)
-  double cost = 0;        ///< Huber's loss
-};
-
-Loss compute_loss(const FitPoint& point, double psi, double steepness, double length) {
-  Loss loss;
-  loss.difference = psi / steepness - point.target;
-  double weight = point.weight;
-  switch (point.rule) {
-    case FitPoint::Rule::kSurface:
-      break;
-    case FitPoint::Rule::kInside:
-      if (loss.difference > 0) weight = 0;
-      break;
-    case FitPoint::Rule::kOutside:
-      if (loss.difference < 0) weight = 0;
-      break;
-    case FitPoint::Rule::kOffset:
-      // A field steeper than a distance is harmless; a flatter one means that a second sheet is
-      // near.
-      if (loss.difference * point.target > 0) weight *= 0.2;
-      break;
-  }
-  const double huber = 0.01 * length, size = std::abs(loss.difference);
-  loss.cost = weight * (size <= huber ? size * size : huber * (2 * size - huber));
-  loss.weight = weight * (size <= huber ? 1 : huber / size);
-  return loss;
-}
-
-/// Number of points that are evaluated at the same time. Each has the bits that it has alone.
-constexpr std::size_t kLanes = 4;
-
-/// Values of a ball at kLanes points: u = root (x - center), and q, the ball's fraction of the
+/// Values of a ball at kFitLanes points: u = root (x - center), and q, the ball's fraction of the
 /// field.
-struct BallTerms {
-  FourDoubles u[3], q;
+struct BallTerm {
+  Packs3 u;
+  Pack q;
+  std::uint32_t ball;
 };
 
-/// kLanes points of a group, and the values of its balls there. Like GroupBalls, one object is
-/// reused for many groups.
-struct PointTerms {
-  FourDoubles position[3];
-  std::vector<BallTerms> balls;
-  FourDoubles top;               ///< largest logarithm of a ball's contribution
-  FourDoubles psi;               ///< ln of the field
-  FourDoubles half_gradient[3];  ///< grad psi / -2
-
-  /// Sets the positions of `count` points; unused lanes repeat the last one.
-  void set_points(const FitPoint* points, std::size_t count) {
-    for (std::size_t k = 0; k < kLanes; ++k)
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        position[axis][k] = points[std::min(k, count - 1)].point[static_cast<Eigen::Index>(axis)];
-  }
+/// The field at kFitLanes points. Like GroupBalls, one object is reused for many.
+struct FieldTerms {
+  std::vector<FitLanes> logarithms;  ///< logarithms of the contributions of the group's balls
+  std::vector<BallTerm> balls;       ///< those that matter at one of the points
+  Pack top;                          ///< largest logarithm
+  Pack psi;                          ///< ln of the field
+  Packs3 half_gradient;              ///< grad psi / -2
 };
 
-/// Values of a ball at one point: those of BallTerms, and slope = root^T u. The gradient of the
-/// logarithm of the ball's contribution is -2 slope.
-struct Term {
-  double q = 0;
-  Vector3d u, slope;
-};
-
-/// Calls f(group, points, count, balls, terms) for all groups from `first` on, in parallel.
-/// `points` has the group's `count` points, `balls` its GroupBalls; `terms` is memory for their
-/// values.
-template <class F>
-void for_each_group(const std::vector<FitBall>& balls, const std::vector<FitPoint>& points,
-                    std::size_t first, const F& f) {
-  const BallArrays arrays(balls);
-  const std::size_t groups = (points.size() + kGroupSize - 1) / kGroupSize;
-  parallel_ranges(static_cast<std::int64_t>(groups - first), /*grain=*/8,
-                  [&](std::int64_t begin, std::int64_t end) {
-                    GroupBalls near;
-                    PointTerms terms;
-                    for (std::int64_t k = begin; k < end; ++k) {
-                      const std::size_t g = first + static_cast<std::size_t>(k);
-                      const FitPoint* at = points.data() + g * kGroupSize;
-                      const std::size_t count =
-                          std::min(kGroupSize, points.size() - g * kGroupSize);
-                      near.collect(arrays, at, count);
-                      terms.balls.resize(near.size());
-                      f(g, at, count, near, terms);
-                    }
-                  });
-}
-
-/// The entries of one group's rows.
-struct GroupRows {
-  std::vector<std::uint32_t> balls;
-  std::vector<float> weights, derivatives;
-};
-
-/// Computes e^x for x <= 0 by the steps of exact::exp() (base/exact_math.h); values below -50 count
-/// as -50.
-inline FourDoubles exponentiate(FourDoubles x) {
-  const FourDoubles a = x > -50.0 ? x : FourDoubles{} - 50.0;
-  const FourDoubles shifted = a * (1 / exact::kLn2) + 0x1.8p52, n = shifted - 0x1.8p52;
-  const FourDoubles r = (a - n * 0x1.62e42feep-1) - n * 0x1.a39ef35793c76p-33;
-  FourDoubles p = r * (1.0 / 479001600) + 1.0 / 39916800;
-  p = p * r + 1.0 / 3628800;
-  p = p * r + 1.0 / 362880;
-  p = p * r + 1.0 / 40320;
-  p = p * r + 1.0 / 5040;
-  p = p * r + 1.0 / 720;
-  p = p * r + 1.0 / 120;
-  p = p * r + 1.0 / 24;
-  p = p * r + 1.0 / 6;
-  p = p * r + 0.5;
-  p = p * r + 1;
-  p = p * r + 1;
-  return std::bit_cast<FourDoubles>(std::bit_cast<FourIntegers>(p) +
-                                    (std::bit_cast<FourIntegers>(shifted) << 52));
-}
-
-/// Sum over the balls of a group. Its four partial sums do not wait for each other.
-struct FourSums {
-  FourDoubles partial[4] = {};
-  void add(std::size_t ball, FourDoubles value) { partial[ball % 4] += value; }
-  FourDoubles total() const { return (partial[0] + partial[1]) + (partial[2] + partial[3]); }
-};
-
-/// Fills u and, in place of q, the logarithms of the balls' contributions; sets `top` to the
-/// largest.
-void compute_logarithms(const GroupBalls& group, PointTerms& at) {
-  const FourDoubles x = at.position[0], y = at.position[1], z = at.position[2];
-  FourDoubles top = {};
-  for (std::size_t k = 0; k < group.size(); ++k) {
-    const GroupBall& ball = group.balls[k];
-    BallTerms& terms = at.balls[k];
-    const FourDoubles dx = x - ball.center[0], dy = y - ball.center[1], dz = z - ball.center[2];
-    FourDoubles q = FourDoubles{} + ball.w;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double* r = ball.root[axis];
-      const FourDoubles u = r[0] * dx + r[1] * dy + r[2] * dz;
-      terms.u[axis] = u;
-      q -= u * u;
-    }
-    terms.q = q;
-    top = k == 0 ? q : q > top ? q : top;
+/// Sets the logarithms of the balls' contributions.
+void compute_logarithms(const SingleBalls& all, const GroupBalls& group, const Packs3& position,
+                        FieldTerms& at) {
+  at.logarithms.resize(group.indices.size());
+  Pack top = broadcast<Pack>(-1e30f);
+  for (std::size_t k = 0; k < group.indices.size(); ++k) {
+    const SingleBall& ball = all.balls[group.indices[k]];
+    const Packs3 u = to_ball_space(ball, position);
+    const Pack logarithm = ball.w - dot_product(u, u);
+    Lanes<Pack>::store(at.logarithms[k].lanes, logarithm);
+    top = max(top, logarithm);
   }
   at.top = top;
 }
 
-/// Converts logarithms to fractions of the field; sets psi.
-void compute_weights(PointTerms& at) {
-  FourSums sums;
-  for (std::size_t k = 0; k < at.balls.size(); ++k) {
-    const FourDoubles q = exponentiate(at.balls[k].q - at.top);
-    at.balls[k].q = q;
-    sums.add(k, q);
+/// Computes e^x for x <= 0, or a negligible number where x is below -80.
+Pack exponentiate(Pack x) { return exp2(max(x * kLog2E, broadcast<Pack>(kMinExponent))); }
+
+/// Lists the balls that matter; sets psi and the gradient.
+void compute_field(const SingleBalls& all, const GroupBalls& group, const Packs3& position,
+                   FieldTerms& at) {
+  at.balls.resize(group.indices.size());
+  std::size_t count = 0;
+  const Pack min_logarithm = at.top - kNegligible;
+  Pack sum = {};
+  for (std::size_t k = 0; k < group.indices.size(); ++k) {
+    const Pack logarithm = Lanes<Pack>::load(at.logarithms[k].lanes);
+    if (Lanes<Pack>::bits(logarithm > min_logarithm) == 0) continue;
+    BallTerm& term = at.balls[count++];
+    term.ball = group.indices[k];
+    term.q = exponentiate(logarithm - at.top);
+    sum += term.q;
   }
-  const FourDoubles sum = sums.total();
-  for (BallTerms& terms : at.balls) terms.q /= sum;
-  for (std::size_t k = 0; k < kLanes; ++k) at.psi[k] = at.top[k] + exact::log(sum[k]);
+  at.balls.resize(count);
+  at.psi = fma(log2(sum), broadcast<Pack>(kLn2), at.top);
+  const Pack inverse_sum = 1.0f / sum;
+  Packs3 half_gradient = {};
+  for (BallTerm& term : at.balls) {
+    const SingleBall& ball = all.balls[term.ball];
+    term.q *= inverse_sum;
+    term.u = to_ball_space(ball, position);
+    const Packs3 slope = multiply_transposed(ball.root, term.u);
+    half_gradient = {fma(term.q, slope.x, half_gradient.x), fma(term.q, slope.y, half_gradient.y),
+                     fma(term.q, slope.z, half_gradient.z)};
+  }
+  at.half_gradient = half_gradient;
 }
 
-/// Values at a point that the derivatives of its residual share; g = |grad psi|. `steepness` is g,
-/// clamped from below; `ratio` is psi / g, or 0 where g is clamped; `scale` is the root of the
-/// residual's weight.
-struct PointGradient {
-  Vector3d direction = Vector3d::Zero();  ///< grad psi / g
-  double steepness = 1, ratio = 0, scale = 1;
-};
-/// Computes the derivatives of scale psi / g with respect to (w, c, D), one per parameter of the
-/// ball. Let d be the derivative with respect to a parameter, and t = w - |u|^2. Then d psi = q dt
-/// and dg = q (dt (-2 slope . direction - g) + direction . d(-2 slope)). put() takes dt and
-/// direction . d(-2 slope).
-void derive(const Term& term, const FitBall& ball, const PointGradient& at,
-            std::span<float> derivatives) {
-  float* out = derivatives.data();
-  const double factor = at.scale * term.q / at.steepness;
-  const Vector3d root_direction = ball.root * at.direction;
-  const double t_factor = 1 - at.ratio * (-2 * term.slope.dot(at.direction) - at.steepness);
-  const auto put = [&](double value_derivative, double slope_derivative) {
-    *out++ =
-        static_cast<float>(factor * (t_factor * value_derivative - at.ratio * slope_derivative));
-  };
-  put(1, 0);
-  const Vector3d shape_direction = ball.root.transpose() * root_direction;
-  for (int i = 0; i < 3; ++i) put(2 * term.slope[i], 2 * shape_direction[i]);
-  const Vector3d& u = term.u;
-  if (derivatives.size() == std::size_t{kRoundParameters}) {
-    put(-u.squaredNorm(), -2 * root_direction.dot(u));
-    return;
-  }
-  for (int i = 0; i < 3; ++i) put(-u[i] * u[i], -2 * root_direction[i] * u[i]);
-  for (const auto& [i, j] : {std::pair{0, 1}, {0, 2}, {1, 2}})
-    put(-2 * u[i] * u[j], -2 * (root_direction[i] * u[j] + root_direction[j] * u[i]));
-}
-
-/// Computes grad psi / -2.
-void compute_half_gradients(const GroupBalls& group, PointTerms& at) {
-  FourSums sums[3];
-  for (std::size_t k = 0; k < group.size(); ++k) {
-    const auto& r = group.balls[k].root;
-    const BallTerms& terms = at.balls[k];
-    for (std::size_t c = 0; c < 3; ++c)
-      sums[c].add(k,
-                  terms.q * (r[0][c] * terms.u[0] + r[1][c] * terms.u[1] + r[2][c] * terms.u[2]));
-  }
-  for (std::size_t c = 0; c < 3; ++c) at.half_gradient[c] = sums[c].total();
-}
-
-/// Inputs of the rows of kLanes points of a group.
-struct RowInputs {
-  const std::vector<FitPoint>& points;
-  const std::vector<FitBall>& balls;
-  const GroupBalls& group;
-  const PointTerms& terms;                            ///< values at the points
-  const std::vector<std::uint32_t> (&taken)[kLanes];  ///< list_balls() of `terms`
-  double length;
-  int parameters;  ///< per ball
+/// Values at kFitLanes points that the derivatives of their residuals share; g = |grad psi|.
+struct PointGradients {
+  Packs3 direction;  ///< grad psi / g
+  Pack steepness;    ///< g, clamped from below
+  Pack ratio;        ///< psi / g, or 0 where g is clamped
+  Pack scale;        ///< the root of the residual's weight
+  Pack residual;     ///< times `scale`
+  Pack cost;         ///< Huber's loss
 };
 
-/// Writes the per-point values of point p, whose values are in a lane of the inputs' terms, to
-/// `rows`. Appends an entry for each of the balls taken at the point to `entries`. Returns the
-/// point's cost.
-double add_row(const RowInputs& inputs, std::size_t p, std::size_t lane, FitRows& rows,
-               GroupRows& entries) {
-  const auto& [points, balls, group, terms, taken, length, parameters] = inputs;
-  const double psi = terms.psi[lane];
-  const Vector3d half_gradient(terms.half_gradient[0][lane], terms.half_gradient[1][lane],
-                               terms.half_gradient[2][lane]);
-  const double gradient_norm = 2 * half_gradient.norm();
-  const double steepness = std::max(gradient_norm, 0.5 / length);
-  const Loss loss = compute_loss(points[p], psi, steepness, length);
-  const double scale = std::sqrt(loss.weight);
-  rows.residuals[p] = scale * loss.difference;
-  rows.psi[p] = psi;
-  rows.steepness[p] = steepness;
-  PointGradient gradient{-2 * half_gradient / std::max(gradient_norm, 1e-300), steepness,
-                         /*ratio=*/0, scale};
-  if (gradient_norm == steepness) gradient.ratio = psi / steepness;
-  const std::size_t first_entry = entries.balls.size();
-  const auto stride = static_cast<std::size_t>(parameters);
-  if (scale > 0) {
-    entries.derivatives.resize((first_entry + taken[lane].size()) * stride);
-    for (const std::uint32_t k : taken[lane]) {
-      const std::uint32_t index = group.indices[k];
-      const BallTerms& values = terms.balls[k];
-      Term term{values.q[lane], {values.u[0][lane], values.u[1][lane], values.u[2][lane]}, {}};
-      term.slope.noalias() = balls[index].root.transpose() * term.u;
-      derive(term, balls[index], gradient,
-             std::span(entries.derivatives).subspan(entries.balls.size() * stride, stride));
-      entries.balls.push_back(index);
-      entries.weights.push_back(static_cast<float>(term.q));
+PointGradients compute_residuals(const PackedPoints& points, const FieldTerms& at, double length) {
+  const auto min_steepness = static_cast<float>(0.5 / length),
+             huber = static_cast<float>(0.01 * length);
+  PointGradients out;
+  const Pack norm = 2.0f * sqrt(dot_product(at.half_gradient, at.half_gradient));
+  out.steepness = max(norm, broadcast<Pack>(min_steepness));
+  const Pack distance = at.psi / out.steepness, difference = distance - points.target;
+  out.ratio = zero_unless(norm >= min_steepness, distance);
+  const Pack factor = -2.0f / max(norm, broadcast<Pack>(1e-30f));
+  out.direction = {at.half_gradient.x * factor, at.half_gradient.y * factor,
+                   at.half_gradient.z * factor};
+  const Pack weight = select(difference > 0.0f, points.weight_above, points.weight_below);
+  const Pack size = max(difference, -difference);
+  const PackMask is_small = size <= huber;
+  out.cost = weight * select(is_small, size * size, huber * (2.0f * size - huber));
+  // The weight of the squared difference that represents Huber's loss (IRLS).
+  out.scale = sqrt(weight * select(is_small, broadcast<Pack>(1), huber / size));
+  out.residual = out.scale * difference;
+  return out;
+}
+
+/// Computes the derivatives of scale psi / g with respect to (w, c, D). Let d be the derivative
+/// with respect to a parameter, and t = w - |u|^2. Then d psi = q dt and dg = q (dt (-2 slope .
+/// direction
+/// - g) + direction . d(-2 slope)), where slope = root^T u.
+template <int kParameters>
+void derive(const BallTerm& term, const SingleBall& ball, const PointGradients& at, Pack factor,
+            Pack (&out)[kParameters]) {
+  const Packs3& u = term.u;
+  const Packs3 root_direction = multiply(ball.root, at.direction);
+  // slope . direction = u . root_direction
+  const Pack t_factor =
+      factor * fma(at.ratio, fma(broadcast<Pack>(2), dot_product(u, root_direction), at.steepness),
+                   broadcast<Pack>(1));
+  const Pack slope_factor = factor * at.ratio;
+  out[0] = t_factor;
+  const Packs3 a{t_factor * u.x, t_factor * u.y, t_factor * u.z},
+      b{slope_factor * root_direction.x, slope_factor * root_direction.y,
+        slope_factor * root_direction.z};
+  const Packs3 center = multiply_transposed(ball.root, {a.x - b.x, a.y - b.y, a.z - b.z});
+  out[1] = 2.0f * center.x, out[2] = 2.0f * center.y, out[3] = 2.0f * center.z;
+  const Packs3 p{2.0f * b.x - a.x, 2.0f * b.y - a.y, 2.0f * b.z - a.z};
+  if constexpr (kParameters == kRoundParameters) {
+    out[4] = dot_product(u, p);
+  } else {
+    out[4] = u.x * p.x, out[5] = u.y * p.y, out[6] = u.z * p.z;
+    out[7] = fma(u.x, p.y, u.y * p.x);
+    out[8] = fma(u.x, p.z, u.z * p.x);
+    out[9] = fma(u.y, p.z, u.z * p.y);
+  }
+}
+
+/// Sums the lanes in a fixed order.
+float sum_lanes(Pack a) {
+  const Pack halves = a + __builtin_shufflevector(a, a, 4, 5, 6, 7, 0, 1, 2, 3);
+  const Pack quarters = halves + __builtin_shufflevector(halves, halves, 2, 3, 0, 1, 6, 7, 4, 5);
+  return quarters[0] + quarters[1];
+}
+
+/// Computes the rows of chunks. One object is reused for many.
+template <int kParameters>
+class RowBuilder {
+  static constexpr std::size_t kSums = count_fit_sums(kParameters);
+  static constexpr std::uint32_t kNoSlot = ~0u;
+
+ public:
+  RowBuilder(const SingleBalls& balls, const std::vector<FitPoint>& points, double length)
+      : balls_(balls), points_(points), length_(length), slots_(balls.balls.size(), kNoSlot) {}
+
+  void build(std::size_t index, FitRows& rows) {
+    FitChunk& chunk = rows.chunks[index];
+    chunk.clear();
+    sums_.clear();
+    chunk.begins.push_back(0);
+    const std::size_t begin = index * kFitChunkSize,
+                      end = std::min(begin + kFitChunkSize, points_.size());
+    for (std::size_t first = begin; first < end; first += kGroupSize) {
+      const std::size_t group_end = std::min(first + kGroupSize, end);
+      near_.collect(balls_, points_.data() + first, group_end - first);
+      Pack cost = {};
+      for (std::size_t p = first; p < group_end; p += kFitLanes)
+        cost += add_pack(p, std::min(kFitLanes, group_end - p), rows, chunk);
+      chunk.cost += static_cast<double>(sum_lanes(cost));
     }
+    chunk.sums.resize(chunk.balls.size() * kSums);
+    for (std::size_t k = 0; k < chunk.sums.size(); ++k)
+      chunk.sums[k] = sum_lanes(Lanes<Pack>::load(sums_[k].lanes));
+    for (const std::uint32_t ball : chunk.balls) slots_[ball] = kNoSlot;
   }
-  // This is a count until add_fit_rows() adds up the counts.
-  rows.begins[p + 1] = static_cast<std::uint32_t>(entries.balls.size() - first_entry);
-  return loss.cost;
-}
 
-/// Lists, for each lane, the balls that get an entry of J: those with at least kMinWeight of the
-/// field.
-void list_balls(const PointTerms& terms, std::vector<std::uint32_t> (&taken)[kLanes]) {
-  constexpr double kMinWeight = 5e-3;
-  for (auto& list : taken) list.clear();
-  for (std::size_t k = 0; k < terms.balls.size(); ++k) {
-    const FourIntegers is_taken = terms.balls[k].q > kMinWeight;
-    for (unsigned mask = mask_of(is_taken); mask != 0; mask &= mask - 1)
-      taken[std::countr_zero(mask)].push_back(static_cast<std::uint32_t>(k));
+ private:
+  /// Adds the blocks of `count` points from p on; returns their costs.
+  Pack add_pack(std::size_t p, std::size_t count, FitRows& rows, FitChunk& chunk) {
+    constexpr float kMinWeight = 5e-3f;  // a ball with less of the field gets no entry
+    const PackedPoints points(points_.data() + p, count, balls_.origin);
+    compute_logarithms(balls_, near_, points.position, terms_);
+    compute_field(balls_, near_, points.position, terms_);
+    const PointGradients gradients = compute_residuals(points, terms_, length_);
+    Lanes<Pack>::store(rows.residuals.data() + p, gradients.residual);
+    Lanes<Pack>::store(rows.psi.data() + p, terms_.psi);
+    Lanes<Pack>::store(rows.steepness.data() + p, gradients.steepness);
+    const Pack factor = gradients.scale / gradients.steepness;
+    const PackMask is_used = gradients.scale > 0.0f;
+    if (Lanes<Pack>::bits(is_used) != 0) {
+      for (const BallTerm& term : terms_.balls) {
+        const PackMask is_taken = (term.q >= kMinWeight) & is_used;
+        if (Lanes<Pack>::bits(is_taken) == 0) continue;
+        const Pack q = zero_unless(is_taken, term.q);
+        Pack derivatives[kParameters];
+        derive(term, balls_.balls[term.ball], gradients, factor * q, derivatives);
+        add_block(term.ball, q, derivatives, gradients.residual, chunk);
+      }
+    }
+    chunk.begins.push_back(static_cast<std::uint32_t>(chunk.block_balls.size()));
+    return gradients.cost;
   }
+
+  void add_block(std::uint32_t ball, Pack q, const Pack (&derivatives)[kParameters], Pack residual,
+                 FitChunk& chunk) {
+    std::uint32_t& slot = slots_[ball];
+    if (slot == kNoSlot) {
+      slot = static_cast<std::uint32_t>(chunk.balls.size());
+      chunk.balls.push_back(ball);
+      sums_.resize(sums_.size() + kSums);
+    }
+    chunk.block_balls.push_back(slot);
+    Lanes<Pack>::store(chunk.weights.emplace_back().lanes, q);
+    const std::size_t first = chunk.derivatives.size();
+    chunk.derivatives.resize(first + kParameters);
+    FitLanes* sum = sums_.data() + slot * kSums;
+    const auto add = [&](Pack a, Pack b) {
+      Lanes<Pack>::store(sum->lanes, fma(a, b, Lanes<Pack>::load(sum->lanes)));
+      ++sum;
+    };
+    for (std::size_t k = 0; k < kParameters; ++k) {
+      Lanes<Pack>::store(chunk.derivatives[first + k].lanes, derivatives[k]);
+      add(derivatives[k], residual);
+    }
+    for (std::size_t row = 0; row < kParameters; ++row)
+      for (std::size_t column = 0; column <= row; ++column)
+        add(derivatives[row], derivatives[column]);
+  }
+
+  const SingleBalls& balls_;
+  const std::vector<FitPoint>& points_;
+  double length_;
+  GroupBalls near_;
+  FieldTerms terms_;
+  std::vector<std::uint32_t> slots_;  ///< places of the balls in FitChunk::balls
+  std::vector<FitLanes> sums_;        ///< FitChunk::sums, lane by lane
+};
+
+template <int kParameters>
+void build_rows(const std::vector<FitBall>& balls, const std::vector<FitPoint>& points,
+                double length, std::size_t first, FitRows& rows) {
+  const SingleBalls single(balls);
+  parallel_ranges(static_cast<std::int64_t>(rows.chunks.size() - first), /*grain=*/1,
+                  [&](std::int64_t begin, std::int64_t end) {
+                    RowBuilder<kParameters> builder(single, points, length);
+                    for (std::int64_t k = begin; k < end; ++k)
+                      builder.build(first + static_cast<std::size_t>(k), rows);
+                  });
 }
 
 }  // namespace
 
 void add_fit_rows(const std::vector<FitBall>& balls, const std::vector<FitPoint>& points,
                   double length, int parameters, FitRows& rows) {
-  // The last group, if it was not full, is evaluated again, because its list of balls depends on
-  // all its points.
-  const std::size_t first_group = rows.psi.size() / kGroupSize,
-                    first_point = first_group * kGroupSize;
-  const std::size_t groups = (points.size() + kGroupSize - 1) / kGroupSize;
-  rows.begins.resize(points.size() + 1);
-  rows.balls.resize(rows.begins[first_point]);
-  rows.weights.resize(rows.begins[first_point]);
-  rows.derivatives.resize(rows.begins[first_point] * static_cast<std::size_t>(parameters));
-  for (auto* values : {&rows.residuals, &rows.psi, &rows.steepness}) values->resize(points.size());
-  rows.group_costs.resize(groups);
-  std::vector<GroupRows> group_rows(groups - first_group);
-  for_each_group(
-      balls, points, first_group,
-      [&](std::size_t g, const FitPoint* at, std::size_t count, const GroupBalls& near,
-          PointTerms& terms) {
-        GroupRows& entries = group_rows[g - first_group];
-        constexpr std::size_t kTypicalEntries = 12;  // per point; reserves memory
-        entries.balls.reserve(kTypicalEntries * count);
-        entries.weights.reserve(kTypicalEntries * count);
-        entries.derivatives.reserve(kTypicalEntries * count * static_cast<std::size_t>(parameters));
-        std::vector<std::uint32_t> taken[kLanes];
-        const RowInputs inputs{points, balls, near, terms, taken, length, parameters};
-        double cost = 0;
-        for (std::size_t i = 0; i < count; i += kLanes) {
-          terms.set_points(at + i, std::min(kLanes, count - i));
-          compute_logarithms(near, terms);
-          compute_weights(terms);
-          compute_half_gradients(near, terms);
-          list_balls(terms, taken);
-          for (std::size_t k = 0; k < kLanes && i + k < count; ++k)
-            cost += add_row(inputs, g * kGroupSize + i + k, k, rows, entries);
-        }
-        rows.group_costs[g] = cost;
-      });
-  // Append the groups' entries.
-  std::vector<std::size_t> ends{rows.balls.size()};
-  for (const GroupRows& group : group_rows) ends.push_back(ends.back() + group.balls.size());
-  const auto stride = static_cast<std::size_t>(parameters);
-  rows.balls.resize(ends.back());
-  rows.weights.resize(ends.back());
-  rows.derivatives.resize(ends.back() * stride);
-  parallel_for(
-      static_cast<std::int64_t>(group_rows.size()),
-      [&](std::int64_t k) {
-        const auto g = static_cast<std::size_t>(k);
-        const auto copy = [&](const auto& from, auto& to, std::size_t per_entry) {
-          std::copy(from.begin(), from.end(),
-                    to.begin() + static_cast<std::ptrdiff_t>(ends[g] * per_entry));
-        };
-        copy(group_rows[g].balls, rows.balls, 1);
-        copy(group_rows[g].weights, rows.weights, 1);
-        copy(group_rows[g].derivatives, rows.derivatives, stride);
-      },
-      /*grain=*/16);
-  for (std::size_t p = first_point; p < points.size(); ++p) rows.begins[p + 1] += rows.begins[p];
+  // The last chunk, if it was not full, is computed again.
+  const std::size_t first = rows.point_count / kFitChunkSize;
+  rows.point_count = points.size();
+  rows.chunks.resize((points.size() + kFitChunkSize - 1) / kFitChunkSize);
+  const std::size_t padded_count = (points.size() + kFitLanes - 1) / kFitLanes * kFitLanes;
+  for (auto* values : {&rows.residuals, &rows.psi, &rows.steepness}) values->resize(padded_count);
+  (parameters == kRoundParameters
+       ? build_rows<kRoundParameters>
+       : build_rows<kEllipsoidParameters>)(balls, points, length, first, rows);
   rows.cost = 0;
-  for (const double cost : rows.group_costs) rows.cost += cost;  // in a fixed order
+  for (const FitChunk& chunk : rows.chunks) rows.cost += chunk.cost;  // in a fixed order
 }
 
-FitRows make_fit_rows(const std::vector<FitBall>& balls, const std::vector<FitPoint>& points,
-                      double length, int parameters) {
-  FitRows rows;
+void compute_fit_rows(const std::vector<FitBall>& balls, const std::vector<FitPoint>& points,
+                      double length, int parameters, FitRows& rows) {
+  rows.point_count = 0;
   add_fit_rows(balls, points, length, parameters, rows);
-  return rows;
 }
 
 std::vector<std::uint8_t> test_inside_field(const std::vector<FitBall>& balls,
                                             const std::vector<FitPoint>& points) {
   std::vector<std::uint8_t> inside(points.size());
-  for_each_group(balls, points, /*first=*/0,
-                 [&](std::size_t g, const FitPoint* at, std::size_t count, const GroupBalls& near,
-                     PointTerms& terms) {
-                   // psi = top + ln(sum), and the sum is between 1 and the number of balls.
-                   const double max_log_sum = exact::log(static_cast<double>(near.size())) + 1e-6;
-                   for (std::size_t i = 0; i < count; i += kLanes) {
-                     terms.set_points(at + i, std::min(kLanes, count - i));
-                     compute_logarithms(near, terms);
-                     bool has_weights = false;
-                     for (std::size_t k = 0; k < kLanes && i + k < count; ++k) {
-                       const double top = terms.top[k];
-                       if (!has_weights && !(top > 0) && top + max_log_sum > 0) {
-                         compute_weights(terms);
-                         has_weights = true;
-                       }
-                       inside[g * kGroupSize + i + k] =
-                           top > 0 || (top + max_log_sum > 0 && terms.psi[k] > 0);
-                     }
-                   }
-                 });
+  const SingleBalls single(balls);
+  const auto test_group = [&](std::size_t first, std::size_t end, GroupBalls& near,
+                              FieldTerms& terms) {
+    near.collect(single, points.data() + first, end - first);
+    // psi = top + ln(sum), and the sum is between 1 and the number of balls.
+    const float max_log_sum = log(static_cast<float>(near.indices.size())) + 1e-5f;
+    for (std::size_t p = first; p < end; p += kFitLanes) {
+      const std::size_t count = std::min(kFitLanes, end - p);
+      const PackedPoints pack(points.data() + p, count, single.origin);
+      compute_logarithms(single, near, pack.position, terms);
+      PackMask is_inside = terms.top > 0.0f;
+      if (Lanes<Pack>::bits(~is_inside & (terms.top + max_log_sum > 0.0f)) != 0) {
+        compute_field(single, near, pack.position, terms);
+        is_inside |= terms.psi > 0.0f;
+      }
+      const std::uint32_t bits = Lanes<Pack>::bits(is_inside);
+      for (std::size_t k = 0; k < count; ++k) inside[p + k] = bits >> k & 1u;
+    }
+  };
+  const std::size_t groups = (points.size() + kGroupSize - 1) / kGroupSize;
+  parallel_ranges(static_cast<std::int64_t>(groups), /*grain=*/8,
+                  [&](std::int64_t begin, std::int64_t end) {
+                    GroupBalls near;
+                    FieldTerms terms;
+                    for (std::int64_t k = begin; k < end; ++k) {
+                      const std::size_t first = static_cast<std::size_t>(k) * kGroupSize;
+                      test_group(first, std::min(first + kGroupSize, points.size()), near, terms);
+                    }
+                  });
   return inside;
 }
 

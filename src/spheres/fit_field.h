@@ -38,30 +38,69 @@ struct FitPoint {
   Rule rule = Rule::kSurface;
 };
 
-/// Residuals at the points and the rows of the Jacobian J, in sparse form: the entries of a point
-/// are the balls that it depends on.
-struct FitRows {
-  std::vector<double> residuals;            ///< one per point, times the root of its weight
-  std::vector<double> psi;                  ///< one per point: ln of the field
-  std::vector<double> steepness;            ///< one per point: |grad psi|, at least 0.5 / length
-  std::vector<std::uint32_t> begins = {0};  ///< first entry of each point, and one past the end
-  std::vector<std::uint32_t> balls;         ///< ball index per entry
-  std::vector<float> weights;               ///< per entry, the ball's fraction of the field
-  std::vector<float> derivatives;   ///< `parameters` values per entry, times the root of the weight
-  std::vector<double> group_costs;  ///< loss of each group of 32 points; their sum is `cost`
-  double cost = 0;                  ///< sum of Huber's loss
+/// Number of consecutive points that are evaluated at once. Their values are lanes of a vector.
+inline constexpr std::size_t kFitLanes = 8;
+/// One value for each of kFitLanes points.
+struct alignas(kFitLanes * sizeof(float)) FitLanes {
+  float lanes[kFitLanes];
+};
+
+/// Number of points that are evaluated one after the other by one thread.
+inline constexpr std::size_t kFitChunkSize = 1024;
+
+/// Rows of the Jacobian J of kFitChunkSize consecutive points, in sparse form. A block is a ball's
+/// entries at kFitLanes points; they are 0 at points that do not depend on the ball.
+struct FitChunk {
+  std::vector<std::uint32_t> balls;        ///< indices of the balls that have blocks
+  std::vector<std::uint32_t> begins;       ///< first block of each kFitLanes points, and the end
+  std::vector<std::uint32_t> block_balls;  ///< ball of each block, as an index into `balls`
+  std::vector<FitLanes> weights;           ///< per block, the ball's fraction of the field, or 0
+  std::vector<FitLanes> derivatives;       ///< `parameters` per block, times the root of the weight
+  /// Per ball: its `parameters` numbers of J^T r, where r are the residuals, and the lower triangle
+  /// of its diagonal block of J^T J, row by row.
+  std::vector<float> sums;
+  double cost = 0;  ///< sum of Huber's loss
 
   /// Clears everything but keeps the memory.
   void clear() {
-    for (auto* values : {&residuals, &psi, &steepness, &group_costs}) values->clear();
-    begins.assign(1, 0);
+    for (auto* indices : {&balls, &begins, &block_balls}) indices->clear();
+    for (auto* values : {&weights, &derivatives}) values->clear();
+    sums.clear();
+    cost = 0;
   }
 };
 
-/// Computes the rows of all points. `length`: the diagonal of the model's box; `parameters`:
-/// kEllipsoidParameters or kRoundParameters.
-FitRows make_fit_rows(const std::vector<FitBall>& balls, const std::vector<FitPoint>& points,
-                      double length, int parameters);
+/// Number of values per ball in FitChunk::sums.
+constexpr int count_fit_sums(int parameters) {
+  return parameters + parameters * (parameters + 1) / 2;
+}
+
+/// Residuals at the points and the rows of the Jacobian J.
+struct FitRows {
+  std::size_t point_count = 0;
+  std::vector<float> residuals;  ///< one per point, times the root of its weight
+  std::vector<float> psi;        ///< one per point: ln of the field
+  std::vector<float> steepness;  ///< one per point: |grad psi|, at least 0.5 / length
+  std::vector<FitChunk> chunks;
+  double cost = 0;  ///< sum of Huber's loss
+};
+
+/// Calls f(ball, weight, block) for each ball on which point p depends. `weight` is the ball's
+/// fraction of the field, and `block` an index in the point's chunk.
+template <class F>
+void for_each_fit_entry(const FitRows& rows, std::size_t p, const F& f) {
+  const FitChunk& chunk = rows.chunks[p / kFitChunkSize];
+  const std::size_t pack = p % kFitChunkSize / kFitLanes;
+  for (std::uint32_t block = chunk.begins[pack]; block < chunk.begins[pack + 1]; ++block)
+    if (const float weight = chunk.weights[block].lanes[p % kFitLanes]; weight > 0)
+      f(chunk.balls[chunk.block_balls[block]], weight, block);
+}
+
+/// Computes the rows of all points, in single precision. `length`: the diagonal of the model's box;
+/// `parameters`: kEllipsoidParameters or kRoundParameters. `rows` is replaced, but its memory is
+/// used again.
+void compute_fit_rows(const std::vector<FitBall>& balls, const std::vector<FitPoint>& points,
+                      double length, int parameters, FitRows& rows);
 
 /// Adds the rows of the points that `rows` does not have yet, the last ones in `points`. The balls
 /// must be the same as for the other rows.
