@@ -140,7 +140,7 @@ TEST(PlanCache, TheVersionBelongsToThesePlans) {
     settings.align = align;
     return digest({line_of(40, 0.8f), {}, {}, {}}, {line_of(55, -0.5f), {}, {}, {}}, settings);
   };
-  EXPECT_EQ(kPlanVersion, 9u);
+  EXPECT_EQ(kPlanVersion, 10u);
   EXPECT_EQ(digest_of_lines(PlanMethod::kIndex, AlignMethod::kNone),
             "19a09e2d90cc5629bf1b8e82aec93e72");
   EXPECT_EQ(digest_of_lines(PlanMethod::kNearest, AlignMethod::kNone),
