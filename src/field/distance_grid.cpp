@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -12,7 +14,9 @@
 #include "field/thin_parts.h"
 #include "kernels/large_pages.h"
 #include "kernels/simd_math.h"
-#include "mesh/mesh_check.h"
+#include "mesh/crossings.h"
+#include "mesh/vertex_clustering.h"
+#include "mesh/winding_slope.h"
 
 namespace polymorph {
 namespace {
@@ -43,18 +47,27 @@ struct Solid {
   const ClosestPointQuery& closest;
   std::span<const FaceClass> face_classes;
   float thinnest = 0;
-  float cell = 0;          ///< edge of a fine cell
-  bool is_closed = false;  ///< every edge has two triangles
-  bool is_shell = false;   ///< all faces are sheets: nothing is inside
+  float cell = 0;  ///< edge of a fine cell
+  OpenEdges open_edges = {};
+  bool is_shell = false;  ///< all faces are sheets: nothing is inside
+  /// True if a point's winding number may be concluded from a neighbour's where no face lies
+  /// between them.
+  bool may_conclude = false;
+  bool counts_crossings = false;  ///< true if it may be where faces lie between
 };
 
-bool is_inside(const Solid& solid, Vec3 p) { return !solid.is_shell && solid.inside.inside(p); }
+/// Tests whether no face lies between two adjacent points, `spacing` apart: the distance of either
+/// from the surface exceeds the spacing (by 1 %, because of rounding).
+bool has_no_face_between(float distance, float known_distance, float spacing) {
+  return std::max(distance, known_distance) > 1.01f * spacing;
+}
 
-/// Tests whether two adjacent points, `spacing` apart, are certainly on the same side of a closed
-/// model: if the distance of either from the surface exceeds the spacing (by 1 %, because of
-/// rounding), no face lies between them. Then the winding number need not be computed.
-bool is_on_same_side(const Solid& solid, float distance, float spacing, float known_distance) {
-  return solid.is_closed && std::max(distance, known_distance) > 1.01f * spacing;
+/// Tests whether points to which no face lies on the way from a point of the given winding number
+/// are on the same side, where the number changes by at most `change` because of open edges. Both
+/// numbers are approximate (InsideTest::winding_number).
+bool decides_side(double winding_number, float change) {
+  constexpr double kError = 0.08;
+  return std::abs(winding_number - 0.5) > static_cast<double>(change) + 2 * kError;
 }
 
 /// Tests whether the closest face lies inside the solid, so that the boundary is further away: a
@@ -102,14 +115,20 @@ void extend_to_hidden(const Grid& grid, const std::vector<std::uint8_t>& hidden,
     if (values[n] >= kUnknown) values[n] = 0;
 }
 
-/// Measures signed distances at the coarse points, which are the coefficients of the spline.
-std::vector<float> measure_coarse(const Solid& solid, const Grid& coarse) {
+/// Measures signed distances at the coarse points, which are the coefficients of the spline. Sets
+/// `winding_numbers`, one per point, to NaN where they were not computed but concluded from open
+/// edges.
+std::vector<float> measure_coarse(const Solid& solid, const Grid& coarse,
+                                  std::vector<float>& winding_numbers) {
   std::vector<float> values(array3_count(coarse.points));
   std::vector<std::uint8_t> hidden(values.size(), 0);
+  winding_numbers.resize(values.size());
   parallel_for(
       std::int64_t{coarse.points.y} * coarse.points.z,
       [&](std::int64_t line) {
         bool point_is_inside = false;
+        double winding_number = 0;
+        float change = 0;  // bounds the change of the winding number since it was computed
         ClosestPoint last;
         Vec3 last_point;
         for (int x = 0; x < coarse.points.x; ++x) {
@@ -117,8 +136,19 @@ std::vector<float> measure_coarse(const Solid& solid, const Grid& coarse) {
           const Vec3 p = grid_point(coarse, array3_position(coarse.points, n));
           const ClosestPoint closest =
               x == 0 ? solid.closest.closest(p) : solid.closest.closest(p, last_point, last);
-          if (x == 0 || !is_on_same_side(solid, closest.distance, coarse.cell, last.distance))
-            point_is_inside = is_inside(solid, p);
+          const bool follows = x > 0 && solid.may_conclude &&
+                               has_no_face_between(closest.distance, last.distance, coarse.cell);
+          if (follows)
+            change += coarse.cell * max_winding_slope(solid.open_edges, (p + last_point) * 0.5f,
+                                                      0.5f * coarse.cell);
+          if (!solid.is_shell && !(follows && decides_side(winding_number, change))) {
+            winding_number = solid.inside.winding_number(p);
+            point_is_inside = winding_number >= 0.5;
+            change = 0;
+          }
+          winding_numbers[static_cast<std::size_t>(n)] =
+              change == 0 ? static_cast<float>(winding_number)
+                          : std::numeric_limits<float>::quiet_NaN();
           last = closest;
           last_point = p;
           values[static_cast<std::size_t>(n)] =
@@ -144,66 +174,115 @@ void set_near(const Solid& solid, Vec3 p, const ClosestPoint& closest, bool poin
   value = exact + blend * (value - exact);
 }
 
-/// Sets the values near the surface in one block of kCoarse^3 points.
-void measure_block(const Solid& solid, Int3 first, float max_distance, DistanceGrid& result) {
-  constexpr std::size_t kPoints = kCoarse * kCoarse * kCoarse;
-  struct Point {
-    Int3 at;
-    Vec3 position;
-    ClosestPoint closest;
-    std::size_t neighbour = 0;  ///< index of an adjacent point that was measured before
-    bool follows = false;       ///< certainly on the same side as `neighbour`
-    bool is_inside = false;
+/// A block of kCoarse^3 points.
+struct Block {
+  Int3 first;                ///< its lowest point
+  float winding_number = 0;  ///< winding number of that point; NaN: unknown
+  /// Bounds the change of the winding number between any two of its points because of open edges.
+  float change = 0;
+};
+
+/// A point of a block.
+struct BlockPoint {
+  Int3 at;
+  Vec3 position;
+  ClosestPoint closest;
+  std::size_t neighbour = 0;  ///< index of an adjacent point that was measured before
+  /// Winding number less the neighbour's, but for open edges; none: unknown.
+  std::optional<int> entries;
+  double winding_number = 0;
+};
+
+/// The triangles that touch a block's box, once they have been needed.
+struct BlockTriangles {
+  Box box;
+  bool are_listed = false;
+  std::vector<TriangleBvh::Corners> corners;
+};
+
+/// Computes BlockPoint::entries of b, whose neighbour along `axis` is a.
+std::optional<int> find_entries(const Solid& solid, const BlockPoint& a, const BlockPoint& b,
+                                int axis, BlockTriangles& triangles) {
+  if (has_no_face_between(a.closest.distance, b.closest.distance, solid.cell)) return 0;
+  if (!solid.counts_crossings) return std::nullopt;
+  if (!triangles.are_listed) list_triangles(solid.closest.view(), triangles.box, triangles.corners);
+  triangles.are_listed = true;
+  const auto coordinate = [&](Vec3 p) {
+    return static_cast<double>(axis == 0 ? p.x : axis == 1 ? p.y : p.z);
   };
-  Point points[kPoints];
-  const Int3 n = result.grid.points;
+  return count_entries(triangles.corners, a.position, axis,
+                       coordinate(b.position) - coordinate(a.position));
+}
+
+/// Sets the values near the surface in one block.
+void measure_block(const Solid& solid, const Block& block, float max_distance,
+                   DistanceGrid& result) {
+  constexpr std::size_t kPoints = kCoarse * kCoarse * kCoarse;
+  BlockPoint points[kPoints];
+  const Int3 first = block.first, n = result.grid.points;
   const Int3 end{std::min(first.x + kCoarse, n.x), std::min(first.y + kCoarse, n.y),
                  std::min(first.z + kCoarse, n.z)};
   const auto index = [](int x, int y, int z) {
     return static_cast<std::size_t>((z * kCoarse + y) * kCoarse + x);
   };
-  // Points whose side is tested.
+  BlockTriangles triangles;
+  triangles.box = {grid_point(result.grid, first),
+                   grid_point(result.grid, {end.x - 1, end.y - 1, end.z - 1})};
+  const bool may_conclude =
+      !solid.is_shell && solid.may_conclude && decides_side(/*winding_number=*/0, block.change);
+  // Points whose winding number is computed first, together; the others follow in their order.
   std::size_t tested[kPoints], test_count = 0;
   Vec3 tested_positions[kPoints];
   for (int z = 0; z < end.z - first.z; ++z)
     for (int y = 0; y < end.y - first.y; ++y)
       for (int x = 0; x < end.x - first.x; ++x) {
         const std::size_t i = index(x, y, z);
-        Point& point = points[i];
+        BlockPoint& point = points[i];
         point.at = {first.x + x, first.y + y, first.z + z};
         point.position = grid_point(result.grid, point.at);
         // The previous point along x; in the first column along y; in the first row along z. The
         // first point has none.
-        point.neighbour = x > 0   ? index(x - 1, y, z)
-                          : y > 0 ? index(x, y - 1, z)
-                                  : index(x, y, std::max(z - 1, 0));
-        const Point& neighbour = points[point.neighbour];
-        point.closest = i == 0 ? solid.closest.closest(point.position, max_distance)
-                               : solid.closest.closest(point.position, neighbour.position,
-                                                       neighbour.closest, max_distance);
-        point.follows = i > 0 && is_on_same_side(solid, point.closest.distance, solid.cell,
-                                                 neighbour.closest.distance);
-        if (point.follows) continue;
+        const int axis = x > 0 ? 0 : y > 0 ? 1 : 2;
+        point.neighbour = axis == 0   ? index(x - 1, y, z)
+                          : axis == 1 ? index(x, y - 1, z)
+                                      : index(x, y, std::max(z - 1, 0));
+        const BlockPoint& neighbour = points[point.neighbour];
+        if (i == 0) {
+          point.closest = solid.closest.closest(point.position, max_distance);
+          point.winding_number = static_cast<double>(block.winding_number);
+          if (!std::isnan(block.winding_number)) continue;
+        } else {
+          point.closest = solid.closest.closest(point.position, neighbour.position,
+                                                neighbour.closest, max_distance);
+          if (may_conclude) point.entries = find_entries(solid, neighbour, point, axis, triangles);
+          if (point.entries) continue;
+        }
         tested[test_count] = i;
         tested_positions[test_count++] = point.position;
       }
-  std::uint8_t sides[kPoints] = {};
-  if (!solid.is_shell) solid.inside.inside({tested_positions, test_count}, sides);
-  for (std::size_t k = 0; k < test_count; ++k) points[tested[k]].is_inside = sides[k] != 0;
+  double numbers[kPoints] = {};
+  if (!solid.is_shell) solid.inside.winding_numbers({tested_positions, test_count}, numbers);
+  for (std::size_t k = 0; k < test_count; ++k) points[tested[k]].winding_number = numbers[k];
   for (int z = 0; z < end.z - first.z; ++z)
     for (int y = 0; y < end.y - first.y; ++y)
       for (int x = 0; x < end.x - first.x; ++x) {
-        Point& point = points[index(x, y, z)];
-        if (point.follows) point.is_inside = points[point.neighbour].is_inside;
+        BlockPoint& point = points[index(x, y, z)];
+        if (point.entries) {
+          point.winding_number = points[point.neighbour].winding_number + *point.entries;
+          if (!decides_side(point.winding_number, block.change))
+            point.winding_number = solid.inside.winding_number(point.position);
+        }
         if (point.closest.triangle != ClosestPoint::kNoTriangle)
-          set_near(solid, point.position, point.closest, point.is_inside,
+          set_near(solid, point.position, point.closest,
+                   !solid.is_shell && point.winding_number >= 0.5,
                    result.values[array3_index(n, point.at)]);
       }
 }
 
 /// Computes exact distances near the surface, in those of the `blocks` of kCoarse^3 points that may
-/// have a point closer than kFar cells to it.
-void measure_near(const Solid& solid, Int3 blocks, DistanceGrid& result) {
+/// have a point closer than kFar cells to it. `winding_numbers`: result of measure_coarse().
+void measure_near(const Solid& solid, Int3 blocks, const std::vector<float>& winding_numbers,
+                  DistanceGrid& result) {
   const float max_distance = kFar * solid.cell;
   const float half_diagonal = 0.5f * std::sqrt(3.0f) * (kCoarse - 1) * solid.cell;
   const float middle = 0.5f * (kCoarse - 1) * solid.cell;
@@ -212,11 +291,13 @@ void measure_near(const Solid& solid, Int3 blocks, DistanceGrid& result) {
       [&](std::int64_t b) {
         const Int3 block = array3_position(blocks, b);
         const Int3 first{block.x * kCoarse, block.y * kCoarse, block.z * kCoarse};
-        const Vec3 low = grid_point(result.grid, first);
-        const ClosestPoint closest =
-            solid.closest.closest(low + Vec3{middle, middle, middle}, max_distance + half_diagonal);
+        const Vec3 center = grid_point(result.grid, first) + Vec3{middle, middle, middle};
+        const ClosestPoint closest = solid.closest.closest(center, max_distance + half_diagonal);
         if (closest.triangle == ClosestPoint::kNoTriangle) return;
-        measure_block(solid, first, max_distance, result);
+        const float change =
+            2 * half_diagonal * max_winding_slope(solid.open_edges, center, half_diagonal);
+        measure_block(solid, {first, winding_numbers[static_cast<std::size_t>(b)], change},
+                      max_distance, result);
       },
       /*grain=*/4);
 }
@@ -363,10 +444,21 @@ DistanceGrid compute_signed_distances(const QueriedModel& queried, float cell, f
   Solid solid{inside, closest, face_classes, thinnest, result.grid.cell};
   solid.is_shell = std::all_of(face_classes.begin(), face_classes.end(),
                                [](FaceClass c) { return c == FaceClass::kSheet; });
-  solid.is_closed = check_mesh({model.points, {}, model.triangles}).is_closed();
-  SmoothDistances spline{coarse, measure_coarse(solid, coarse)};
+  const MeshView mesh(model.points, model.triangles);
+  solid.open_edges = find_open_edges(mesh);
+  // Sums over many open edges take longer than winding numbers. Those of many long triangles are
+  // not quite the model's (cluster_long_triangles()).
+  constexpr std::size_t kMaxOpenEdges = 2048;
+  const std::size_t open_count = solid.open_edges.count;
+  const bool is_usual =
+      !closest.view().is_split && !has_many_long_triangles(count_long_triangles(mesh));
+  solid.may_conclude = open_count == 0 || (open_count <= kMaxOpenEdges && is_usual);
+  solid.counts_crossings = solid.may_conclude && is_usual;
+  if (!solid.may_conclude) solid.open_edges = {};
+  std::vector<float> winding_numbers;
+  SmoothDistances spline{coarse, measure_coarse(solid, coarse, winding_numbers)};
   result.values = evaluate_spline(spline, result.grid);
-  measure_near(solid, coarse.points, result);
+  measure_near(solid, coarse.points, winding_numbers, result);
   if (thinnest > 0) smooth_thin_parts(model, thinnest, result);
   close_border(result);
   set_lipschitz(result);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/array3.h"
 #include "base/random.h"
 #include "field/extract_surface.h"
 #include "mesh/components.h"
@@ -113,6 +114,35 @@ TEST(DistanceGrid, AThinPartIsSteepWhereItIsLittleOfTheWhole) {
   };
   EXPECT_GT(middle_of_fin(3), 2 * middle_of_fin(1));
   EXPECT_LT(middle_of_fin(1), 0.09f * 1.35f);
+}
+
+/// Sides are concluded from those of neighbours where that is safe, also beside the rim of a hole,
+/// through which the inside fades into the outside.
+TEST(DistanceGrid, SidesAreThoseOfWindingNumbers) {
+  std::vector<Vec2> profile;
+  for (int k = 0; k <= 20; ++k) {
+    const float angle = 0.13f * static_cast<float>(k);
+    profile.push_back({k == 0 ? 0 : std::sin(angle), -std::cos(angle)});
+  }
+  const Model bowl = lathe(profile);
+  const InsideTest inside(bowl);
+  const std::vector<FaceClass> classes(bowl.triangles.size(), FaceClass::kBoundary);
+  SmoothDistances smooth;
+  const float cell = 0.04f;
+  const ClosestPointQuery closest(bowl);
+  const DistanceGrid distances = compute_signed_distances(
+      {bowl, inside, closest, classes, bowl.box()}, cell, /*thinnest=*/0, &smooth);
+  const auto count_wrong = [&](const Grid& grid, const std::vector<float>& values, float reach) {
+    int wrong = 0;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const Vec3 p = grid_point(grid, array3_position(grid.points, static_cast<std::int64_t>(i)));
+      if (closest.closest(p).distance > reach) continue;
+      wrong += (values[i] > 0) != inside.inside(p);
+    }
+    return wrong;
+  };
+  EXPECT_EQ(count_wrong(smooth.grid, smooth.values, 10), 0);
+  EXPECT_EQ(count_wrong(distances.grid, distances.values, 2 * cell), 0);
 }
 
 TEST(DistanceGrid, NoTwoValuesDifferByMoreThanTheLipschitzConstantAllows) {
