@@ -76,11 +76,13 @@ Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface surface, con
   PM_CHECK(goal.volume > 0 && goal.cell > 0 && goal.limit >= 0);
   constexpr int kMaxIterations = 8;
   const double bound = static_cast<double>(goal.limit);
-  double level = std::clamp(static_cast<double>(search.near.value_or(0.0f)), -bound, bound);
+  const LevelEstimate near = search.near.value_or(LevelEstimate{});
+  double level = std::clamp(static_cast<double>(near.level), -bound, bound);
+  double response = near.response;
   LevelSurface nearest;
   /// Searches from `level` on cells of the given edge. In a distance field the volume changes by
-  /// area x level, which gives a Newton step at first. Later steps use the secant through the last
-  /// two levels.
+  /// response x area x level, which gives a Newton step at first. Later steps use the secant
+  /// through the last two levels, which sets the response.
   const auto search_on = [&](float edge, double tolerance) -> Status {
     // The volume lost by facets is proportional to the square of the edge. This fraction of it
     // would not be lost on the goal's cells.
@@ -93,22 +95,24 @@ Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface surface, con
       PM_TRY(Mesh mesh, extract_surface(engine, surface, box, edge, search.extract));
       const double faceting_volume = fraction == 0 ? 0 : fraction * faceting_loss(mesh);
       const double excess = volume_of(mesh) + faceting_volume - goal.volume;
-      double slope = -area_of(mesh);
+      const double area = area_of(mesh);
       if (i == 0 || std::abs(excess) < std::abs(best_excess)) {
         best = level, best_excess = excess;
-        nearest = {std::move(mesh), static_cast<float>(level)};
+        nearest = {std::move(mesh), static_cast<float>(level), {}};
       }
-      if (std::abs(excess) <= tolerance * goal.volume) break;
-      if (i > 0) {
-        // Keeps the Newton slope if the secant differs much: where components appear or vanish, the
-        // volume is not a smooth function of the level. A level that weighs little at thin limbs
-        // changes the volume by a tenth of area x level between objects of such limbs. Slopes are
-        // below 0.
-        const double chord = (excess - last_excess) / (level - last_level);
-        if (chord < slope / 50 && chord > 5 * slope) slope = chord;
+      if (i > 0 && area > 0) {
+        // Ignores the secant if its response differs much from 1: where components appear or
+        // vanish, the volume is not a smooth function of the level. A level that weighs little at
+        // thin limbs changes the volume by a tenth of area x level between objects of such limbs.
+        const double secant = (last_excess - excess) / (area * (level - last_level));
+        response = secant > 0.02 && secant < 5 ? secant : 1;
       }
       // Without a surface, assume the area of a face of a cube of the goal's volume.
-      if (!(slope < 0)) slope = -cube_root(goal.volume * goal.volume);
+      const double slope = area > 0 ? -response * area : -cube_root(goal.volume * goal.volume);
+      if (best == level)
+        nearest.estimate.level =
+            static_cast<float>(std::clamp(level - excess / slope, -bound, bound));
+      if (std::abs(excess) <= tolerance * goal.volume) break;
       last_level = level, last_excess = excess;
       (excess > 0 ? bracket_low : bracket_high) = level;
       level = std::clamp(level - excess / slope, -bound, bound);
@@ -125,6 +129,7 @@ Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface surface, con
     PM_TRY_STATUS(search_on(2 * search.cell, search.tolerance / 2));
   }
   PM_TRY_STATUS(search_on(search.cell, search.tolerance));
+  nearest.estimate.response = response;
   return nearest;
 }
 

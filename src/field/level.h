@@ -21,10 +21,18 @@ struct VolumeMeasure {
 Result<float> iso_for_volume(Engine& engine, const BallSet& balls, const VolumeMeasure& measure,
                              float start = 1);
 
+/// Estimate of the level at which a surface between two objects encloses a volume.
+struct LevelEstimate {
+  float level = 0;  ///< MorphSurface::level, scene units; higher levels enclose less
+  /// Estimate of the volume that a higher level encloses less, divided by area x difference of the
+  /// levels: 1 between solid objects, less where the level has little weight at thin limbs.
+  double response = 1;
+};
 /// A surface between two objects and its level.
 struct LevelSurface {
   Mesh mesh;
-  float level = 0;  ///< MorphSurface::level, scene units; higher levels enclose less
+  float level = 0;         ///< MorphSurface::level
+  LevelEstimate estimate;  ///< estimate of the level that encloses just the goal's volume
 };
 /// The volume that a surface between two objects is to enclose.
 struct VolumeGoal {
@@ -37,7 +45,7 @@ struct LevelSearch {
   float cell = 0;  ///< edge of the cells of the surface, scene units
   ExtractSettings extract;
   /// Estimate of the level; without one it is searched for on larger cells first.
-  std::optional<float> near;
+  std::optional<LevelEstimate> near;
   double tolerance = 0.002;  ///< relative to the goal's volume
 };
 /// Moves the surface between two objects, which is inside `box`, to the level at which it encloses

@@ -62,13 +62,14 @@ std::optional<float> interpolate_level(const std::vector<float>& levels, float u
          slope(k) * (t3 - 2 * t2 + t) + slope(k + 1) * (t3 - t2);
 }
 
-Status extract_between(const Leg& leg, const LevelSearch& search, Engine& engine,
-                       LegSurface& surface) {
+Result<LevelEstimate> extract_between(const Leg& leg, const LevelSearch& search, Engine& engine,
+                                      LegSurface& surface) {
   const LegState& state = surface.state;
   const ObjectDistances &from = leg.from->distances, &to = leg.to->distances;
   const FrameMap& map = state.map;
   MorphSurface& field = surface.field;
   field = {map.regression, from.grid, to.grid, map.from_scale, map.to_scale, /*level=*/0};
+  LevelEstimate estimate;
   const bool at_an_end = state.time <= 0 || state.time >= 1;
   const bool has_shell = is_shell(from) || is_shell(to);
   // Compressed distances would thicken a shell's walls.
@@ -84,12 +85,13 @@ Status extract_between(const Leg& leg, const LevelSearch& search, Engine& engine
     const VolumeGoal goal = {volume, leg.settings.cell, kMaxLevel * object_size(leg, state.u)};
     PM_TRY(LevelSurface level_surface,
            surface_of_volume(engine, fill_vessels(leg, field), map.box, search, goal));
+    estimate = level_surface.estimate;
     const float walls = wall_visibility(leg, state.u);
     // The level fades out as the vessel's walls appear.
     field.level = (1 - walls) * (1 - walls) * level_surface.level;
     if (walls == 0) {
       surface.mesh = std::move(level_surface.mesh);
-      return Ok{};
+      return estimate;
     }
   } else if (!at_an_end && has_shell) {
     // A shell's volume means little, but its walls must have no holes. The level -1 moves the
@@ -98,7 +100,7 @@ Status extract_between(const Leg& leg, const LevelSearch& search, Engine& engine
     field.level = -1;
   }
   PM_TRY(surface.mesh, extract_surface(engine, field, map.box, search.cell, search.extract));
-  return Ok{};
+  return estimate;
 }
 
 Result<std::vector<float>> sample_distances(const MorphSurface& field,

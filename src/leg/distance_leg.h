@@ -27,9 +27,10 @@ bool keeps_volume(const Leg& leg);
 std::optional<float> interpolate_level(const std::vector<float>& levels, float u);
 
 /// Extracts a leg's surface at surface.state, which must be set: sets surface.mesh and
-/// surface.field. Errors: kResource.
-Status extract_between(const Leg& leg, const LevelSearch& search, Engine& engine,
-                       LegSurface& surface);
+/// surface.field. Returns an estimate of the level that keeps the volume; 0 at the leg's ends and
+/// unless keeps_volume(). Errors: kResource.
+Result<LevelEstimate> extract_between(const Leg& leg, const LevelSearch& search, Engine& engine,
+                                      LegSurface& surface);
 
 /// Evaluates the field of a surface between two objects at points, with the same bits as the
 /// engine. Errors: the engine's.

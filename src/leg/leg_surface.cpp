@@ -52,9 +52,12 @@ Result<LegSurface> leg_surface(const Leg& leg, float time, Engine& engine) {
         return Ok{};
       },
       [&](const DistanceLeg& distances) -> Status {
-        const LevelSearch search = {leg.settings.cell, shown,
-                                    interpolate_level(distances.levels, surface.state.u)};
-        return extract_between(leg, search, engine, surface);
+        LevelSearch search = {leg.settings.cell, shown, /*near=*/{}};
+        if (const auto level = interpolate_level(distances.levels, surface.state.u))
+          search.near = LevelEstimate{*level};
+        const auto estimate = extract_between(leg, search, engine, surface);
+        if (!estimate) return estimate.error();
+        return Ok{};
       }));
   // The matrix method's squares are not connected: each would be removed as a small component.
   if (shown.method != SurfaceMethod::kMarchingCubes) return surface;

@@ -7,9 +7,11 @@
 #include "base/cache_file.h"
 #include "base/hash.h"
 #include "base/parallel.h"
+#include "field/extract_surface.h"
 #include "leg/distance_leg.h"
 #include "mesh/closest.h"
 #include "mesh/components.h"
+#include "mesh/mesh_check.h"
 #include "morph/motion.h"
 
 namespace polymorph {
@@ -20,9 +22,9 @@ constexpr int kTimes = 24;  ///< number of intervals of Pacing::times
 
 /// The surface of a leg without pacing at one time of its motion, and measures of it.
 struct Moment {
-  float time = 0;   ///< time of the motion, [0, 1]
-  float level = 0;  ///< level that keeps the volume
-  float low = 0;    ///< height of the surface's lowest point
+  float time = 0;          ///< time of the motion, [0, 1]
+  LevelEstimate estimate;  ///< estimate of the level that keeps the volume
+  float low = 0;           ///< height of the surface's lowest point
   Mesh surface;
   double change = 0;  ///< change_between() the previous surface and this one
 };
@@ -78,8 +80,48 @@ float interpolate(const std::vector<Moment>& moments, float time, const Value& v
   const Moment &a = moments[next - 1], &b = moments[next];
   return lerp(value(a), value(b), (time - a.time) / (b.time - a.time));
 }
-float estimate_level(const std::vector<Moment>& moments, float time) {
-  return interpolate(moments, time, [](const Moment& moment) { return moment.level; });
+
+/// Interpolates the moments' levels at `time` by a cubic whose slopes at the moments are those of
+/// the parabola through the nearest three. There must be at least three moments.
+float cubic_level(const std::vector<Moment>& moments, float time) {
+  const auto width = [&](std::size_t i) { return moments[i + 1].time - moments[i].time; };
+  const auto chord = [&](std::size_t i) {
+    return (moments[i + 1].estimate.level - moments[i].estimate.level) / width(i);
+  };
+  const std::size_t last = moments.size() - 1;
+  const auto slope = [&](std::size_t i) {
+    const std::size_t k = std::clamp<std::size_t>(i, 1, last - 1);  // middle of the nearest three
+    const float middle =
+        (width(k) * chord(k - 1) + width(k - 1) * chord(k)) / (width(k - 1) + width(k));
+    return i == k ? middle : 2 * chord(i == 0 ? 0 : last - 1) - middle;
+  };
+  std::size_t next = 1;
+  while (next < last && moments[next].time < time) ++next;
+  const std::size_t k = next - 1;
+  const float t = (time - moments[k].time) / width(k), t2 = t * t, t3 = t2 * t;
+  return moments[k].estimate.level * (2 * t3 - 3 * t2 + 1) +
+         moments[next].estimate.level * (3 * t2 - 2 * t3) +
+         width(k) * (slope(k) * (t3 - 2 * t2 + t) + slope(next) * (t3 - t2));
+}
+
+/// Estimates the levels that keep the volume of a leg with its pacing, from those of the moments
+/// before it was paced. The volume to be kept at a moment changes with the pace, because its
+/// progress does.
+std::vector<float> find_levels(const Leg& paced, const std::vector<Moment>& moments) {
+  std::vector<float> levels;
+  if (!keeps_volume(paced)) return levels;
+  // Volume that a higher level encloses less, over the difference of the levels.
+  const auto steepness = [](const Moment& moment) {
+    return static_cast<float>(moment.estimate.response * area_of(moment.surface));
+  };
+  const auto growth = static_cast<float>(paced.to->distances.volume - paced.from->distances.volume);
+  for (int k = 0; k <= kSteps; ++k) {
+    const float time = paced.plan.pacing[static_cast<std::size_t>(k * kTimes / kSteps)];
+    const float more_volume = (step_time(k) - time) * growth;
+    levels.push_back(cubic_level(moments, time) -
+                     more_volume / interpolate(moments, time, steepness));
+  }
+  return levels;
 }
 
 /// Tests whether the leg's surface must stay on the floor: if its settings ask for it and both
@@ -205,32 +247,66 @@ void store_pacing(const std::filesystem::path& cache, const std::string& key, co
   store_cached(cache, key, kPacingFiles, leg.from->name + ", " + leg.to->name, bytes);
 }
 
+/// A surface of a leg, and the estimate of extract_between().
+struct MeasuredSurface {
+  LegSurface leg_surface;
+  LevelEstimate estimate;
+};
+
 /// Extracts the surface of a leg at `time`, which is also its eased time (linear easing).
-Result<LegSurface> measured_surface(const Leg& linear, float time, const LevelSearch& search,
-                                    Engine& engine) {
-  LegSurface surface;
-  surface.state.time = surface.state.u = time;
-  surface.state.balls = balls_at(linear.plan, time);
-  surface.state.map = distance_map(linear, time, surface.state.balls);
-  PM_TRY_STATUS(extract_between(linear, search, engine, surface));
-  return surface;
+Result<MeasuredSurface> measured_surface(const Leg& linear, float time, const LevelSearch& search,
+                                         Engine& engine) {
+  MeasuredSurface measured;
+  LegState& state = measured.leg_surface.state;
+  state.time = state.u = time;
+  state.balls = balls_at(linear.plan, time);
+  state.map = distance_map(linear, time, state.balls);
+  PM_TRY(measured.estimate, extract_between(linear, search, engine, measured.leg_surface));
+  return measured;
 }
 
-/// Measures a moment of the leg on the frames' cells, but on no more than 128 along the box,
-/// because more than a dozen surfaces are in memory at once. `near`: an estimate of the level.
-Result<Moment> measure_moment(const Leg& linear, float time, std::optional<float> near,
-                              Engine& engine) {
+/// Returns the edge of the frames' cells, or of larger ones, of which `resolution` fill the box.
+float limited_cell(const LegSettings& settings, float resolution) {
+  return settings.cell * std::max(1.0f, static_cast<float>(settings.resolution) / resolution);
+}
+
+/// Measures the height of the lowest point of a surface on cells of about the frames' size. These
+/// cells fill only a layer of the box, up to the lowest point of the larger cells' surface, which
+/// is given without its fragments. A layer does not show what a fragment is, so the whole surface
+/// is extracted if a fragment was lower (`below`).
+Result<float> measure_low(const Leg& linear, const LegSurface& surface, bool below,
+                          Engine& engine) {
   constexpr float kMaxResolution = 128;
-  constexpr double kTolerance = 0.01;  // of the volume: five times that of frames
   const LegSettings& settings = linear.settings;
-  const float cell =
-      settings.cell * std::max(1.0f, static_cast<float>(settings.resolution) / kMaxResolution);
-  PM_TRY(LegSurface surface,
-         measured_surface(linear, time, {cell, settings.measured, near, kTolerance}, engine));
-  // As in frames: a component that separates changes the surface when it is removed.
-  remove_fragments(linear, time, surface.mesh);
+  const float cell = limited_cell(settings, kMaxResolution);
+  Box box = surface.state.map.box;
   const float low = bounding_box(surface.mesh.positions).low.y;
-  return Moment{time, surface.field.level, low, std::move(surface.mesh), 0};
+  if (!below) box.high.y = std::min(box.high.y, low + cell);
+  PM_TRY(Mesh mesh, extract_surface(engine, surface.field, box, cell, settings.measured));
+  if (below) remove_fragments(linear, surface.state.time, mesh);
+  return mesh.triangles.empty() ? low : bounding_box(mesh.positions).low.y;
+}
+
+/// Measures a moment of the leg on cells twice as large as the frames', but not below resolution 64
+/// if they can be smaller, nor above 128, because more than a dozen surfaces are in memory at once.
+/// Only the lowest point needs smaller cells. `near`: an estimate of the level.
+Result<Moment> measure_moment(const Leg& linear, float time, LevelEstimate near, Engine& engine) {
+  // Of the volume: twice that of frames. The estimate of the level is better by much.
+  constexpr double kTolerance = 0.004;
+  const LegSettings& settings = linear.settings;
+  const float cell = limited_cell(
+      settings, std::clamp(static_cast<float>(settings.resolution) / 2, 64.0f, 128.0f));
+  PM_TRY(MeasuredSurface measured,
+         measured_surface(linear, time, {cell, settings.measured, near, kTolerance}, engine));
+  LegSurface& surface = measured.leg_surface;
+  // As in frames: a component that separates changes the surface when it is removed.
+  const float lowest = bounding_box(surface.mesh.positions).low.y;
+  remove_fragments(linear, time, surface.mesh);
+  float low = bounding_box(surface.mesh.positions).low.y;
+  if (stays_on_floor(linear) && !surface.mesh.triangles.empty()) {
+    PM_TRY(low, measure_low(linear, surface, /*below=*/lowest < low, engine));
+  }
+  return Moment{time, measured.estimate, low, std::move(surface.mesh), 0};
 }
 
 /// Divides steps with much more change than the mean, for instance where a limb grows, into
@@ -244,12 +320,14 @@ Result<std::vector<Moment>> refine(const Leg& linear, std::vector<Moment> steps,
   for (Moment& step : steps) {
     if (step.change * kSteps > kMaxChange * change) {
       const std::size_t previous = moments.size() - 1;
-      const float time = moments[previous].time, level = moments[previous].level;
+      const float time = moments[previous].time;
+      const LevelEstimate before = moments[previous].estimate, after = step.estimate;
       double sum = 0;
       for (int i = 1; i < kParts; ++i) {
         const float t = static_cast<float>(i) / kParts;
-        PM_TRY(Moment inserted, measure_moment(linear, lerp(time, step.time, t),
-                                               lerp(level, step.level, t), engine));
+        const LevelEstimate near{lerp(before.level, after.level, t),
+                                 std::lerp(before.response, after.response, double{t})};
+        PM_TRY(Moment inserted, measure_moment(linear, lerp(time, step.time, t), near, engine));
         if (inserted.surface.triangles.empty()) continue;
         sum += inserted.change = change_between(moments.back().surface, inserted.surface);
         moments.push_back(std::move(inserted));
@@ -269,36 +347,25 @@ Result<std::vector<Moment>> refine(const Leg& linear, std::vector<Moment> steps,
 Result<std::vector<Moment>> measure_steps(const Leg& linear, Engine& engine) {
   std::vector<Moment> steps;
   for (int k = 0; k <= kSteps; ++k) {
-    std::optional<float> near;
-    if (k > 2) near = 2 * steps[steps.size() - 1].level - steps[steps.size() - 2].level;
+    LevelEstimate near;
+    if (k > 1) {
+      const LevelEstimate last = steps[steps.size() - 1].estimate;
+      near = {2 * last.level - steps[steps.size() - 2].estimate.level, last.response};
+    }
     PM_TRY(Moment moment, measure_moment(linear, step_time(k), near, engine));
     if (moment.surface.triangles.empty()) break;
     steps.push_back(std::move(moment));
+  }
+  // At its ends the leg has no level, and thus no response.
+  if (steps.size() == kSteps + 1) {
+    steps.front().estimate.response = steps[1].estimate.response;
+    steps.back().estimate.response = steps[kSteps - 1].estimate.response;
   }
   parallel_for(static_cast<std::int64_t>(steps.size()) - 1, [&](std::int64_t i) {
     const auto k = static_cast<std::size_t>(i);
     steps[k + 1].change = change_between(steps[k].surface, steps[k + 1].surface);
   });
   return steps;
-}
-
-/// Measures the levels of the leg with its pacing at kSteps + 1 evenly spaced times.
-Result<std::vector<float>> measure_levels(const Leg& paced, const std::vector<Moment>& moments,
-                                          Engine& engine) {
-  // Of the volume: a fourth of the frames' tolerance, so that most frames need one extraction.
-  constexpr double kTolerance = 0.0005;
-  std::vector<float> levels;
-  if (!keeps_volume(paced)) return levels;
-  for (int k = 0; k <= kSteps; ++k) {
-    const float time = paced.plan.pacing[static_cast<std::size_t>(k * kTimes / kSteps)];
-    PM_TRY(const LegSurface surface,
-           measured_surface(paced, step_time(k),
-                            {2 * paced.settings.cell, paced.settings.measured,
-                             estimate_level(moments, time), kTolerance},
-                            engine));
-    levels.push_back(surface.field.level);
-  }
-  return levels;
 }
 
 }  // namespace
@@ -326,7 +393,7 @@ Result<Pacing> measure_pacing(const Leg& leg, Engine& engine, const std::filesys
     pacing.times = linear.plan.pacing = even_times(moments, change);
     if (stays_on_floor(leg)) pacing.lifts = find_lifts(leg, moments, pacing.times);
     pacing.extremes = find_extremes(leg, moments);
-    PM_TRY(pacing.levels, measure_levels(linear, moments, engine));
+    pacing.levels = find_levels(linear, moments);
   }
   store_pacing(cache, key, leg, pacing);
   return pacing;

@@ -14,7 +14,7 @@ namespace polymorph {
 
 /// Increment when measure_pacing() changes its results: older cache files are then ignored. A test
 /// pins the digests.
-inline constexpr std::uint32_t kPacingVersion = 16;
+inline constexpr std::uint32_t kPacingVersion = 17;
 
 /// Pacing of a leg, and its measures that depend on it.
 struct Pacing {
@@ -32,9 +32,9 @@ struct Pacing {
 };
 
 /// Measures the pacing of a leg made of distances from the mean distances between its surfaces at
-/// evenly spaced eased times, and more times where much changes; then the levels with that pacing,
-/// on cells twice as large. The leg's plan must have no pacing and no offsets yet, and its balls
-/// must share one eased time. `cache`: folder of cache files; may be empty. Errors: the engine's.
+/// evenly spaced eased times, and more times where much changes. The leg's plan must have no pacing
+/// and no offsets yet, and its balls must share one eased time. `cache`: folder of cache files; may
+/// be empty. Errors: the engine's.
 Result<Pacing> measure_pacing(const Leg& leg, Engine& engine, const std::filesystem::path& cache);
 
 }  // namespace polymorph

@@ -183,8 +183,9 @@ TEST(SurfaceOfVolume, TakesFewSurfacesWhereTheLevelWeighsLittle) {
     for (std::size_t i = 1; i < map->values.size(); i += 2) map->values[i].value[3] = weight;
     const MorphSurface between = {map, sphere_distances(1), sphere_distances(1)};
     CountingEngine engine(*cpu);
-    const auto found = surface_of_volume(engine, between, {{-2, -2, -2}, {2, 2, 2}},
-                                         {0.05f, {}, 0.0f, 0.002}, {1.1 * ball, 0.05f, 2});
+    const auto found =
+        surface_of_volume(engine, between, {{-2, -2, -2}, {2, 2, 2}},
+                          {0.05f, {}, LevelEstimate{}, 0.002}, {1.1 * ball, 0.05f, 2});
     ASSERT_TRUE(found.ok());
     EXPECT_NEAR(volume_of(found->mesh) / (1.1 * ball), 1, 0.002) << weight;
     EXPECT_LE(engine.surfaces, 4) << weight;
