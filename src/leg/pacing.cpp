@@ -281,7 +281,8 @@ Result<float> measure_low(const Leg& linear, const LegSurface& surface, bool bel
   const float cell = limited_cell(settings, kMaxResolution);
   Box box = surface.state.map.box;
   const float low = bounding_box(surface.mesh.positions).low.y;
-  if (!below) box.high.y = std::min(box.high.y, low + cell);
+  // The surface may reach beyond the box by a cell.
+  if (!below) box.high.y = std::clamp(low + cell, box.low.y, box.high.y);
   PM_TRY(Mesh mesh, extract_surface(engine, surface.field, box, cell, settings.measured));
   if (below) remove_fragments(linear, surface.state.time, mesh);
   return mesh.triangles.empty() ? low : bounding_box(mesh.positions).low.y;

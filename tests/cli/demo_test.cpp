@@ -113,7 +113,7 @@ TEST_F(Demo, GoesThroughEffectsAndObjects) {
 TEST_F(Demo, SettingsAreThoseOfTheSceneItWrites) {
   use_small_models();
   const std::string scene = small_demo({"lump", "sphere", "-o", "d"}).out;
-  EXPECT_TRUE(contains(scene, "\"samples\": 1\n")) << scene;
+  EXPECT_TRUE(contains(scene, "\"samples\": 1,\n")) << scene;
   EXPECT_EQ(parse(run(0, {"info", "d/scene.json", "--json"}).out)["image"]["width"], 48);
   // What no scene takes leaves no file.
   EXPECT_TRUE(contains(run(2, {"demo", "lump", "sphere", "-o", "e", "--set", "image"}).err,
