@@ -42,7 +42,7 @@ struct MeshFile {
 /// Textures that are in use, by pixel_digest().
 struct TexturePool {
   std::mutex mutex;
-  std::map<std::string, std::weak_ptr<const Image>> images;
+  std::map<std::string, std::weak_ptr<const Texture>> textures;
 };
 
 /// A mesh sequence of a scene. Each mesh is read when it is shown.

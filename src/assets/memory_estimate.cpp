@@ -53,7 +53,7 @@ double point_count(const Grid& grid) {
 
 std::uint64_t model_bytes(const Model& model) {
   double bytes = bytes_of(model);
-  for (const auto& texture : model.textures) bytes += bytes_of(texture->pixels);
+  for (const auto& texture : model.textures) bytes += static_cast<double>(pixel_bytes(*texture));
   return static_cast<std::uint64_t>(bytes);
 }
 
@@ -66,7 +66,7 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
   double models_bytes = 0, trees = 0, fits = 0, distances = 0, grid_temporaries = 0,
          surface_triangles = 0, maps = 0;
   double mixtures = 0, copies = 0;
-  std::set<const Image*> textures;  // counted so far, because models share textures
+  std::set<const Texture*> textures;  // counted so far, because models share textures
   // Sequences: the survey holds one mesh per thread. Later each frame in progress holds one: half
   // of the pictures (rounded up) are being traced, and one more frame is being prepared.
   for (const auto& sequence : loaded.sequences) {
@@ -107,7 +107,7 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
       trees += kTreeBytesPerTriangle * static_cast<double>(model.triangles.size());
       for (const auto& texture : model.textures)
         if (texture && textures.insert(texture.get()).second)
-          models_bytes += bytes_of(texture->pixels);
+          models_bytes += static_cast<double>(pixel_bytes(*texture));
     }
     if (plays_sequence_alone(*objects.front().actor)) continue;
     // The surface of the morph, and the smooth map and the grid of values that it is made from.

@@ -200,9 +200,9 @@ int first_usable_mesh(const std::vector<MeshFile>& files) {
 /// Replaces the model's textures by equal ones of other meshes that are in memory.
 void share_textures(TexturePool& pool, Model& model) {
   const std::lock_guard lock(pool.mutex);
-  for (std::shared_ptr<const Image>& texture : model.textures) {
-    std::weak_ptr<const Image>& pooled = pool.images[pixel_digest(*texture)];
-    if (const std::shared_ptr<const Image> shared = pooled.lock())
+  for (std::shared_ptr<const Texture>& texture : model.textures) {
+    std::weak_ptr<const Texture>& pooled = pool.textures[pixel_digest(*texture)];
+    if (const std::shared_ptr<const Texture> shared = pooled.lock())
       texture = shared;
     else
       pooled = texture;

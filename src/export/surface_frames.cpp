@@ -26,7 +26,7 @@ const Material& layer_material(const Layer& layer, std::size_t triangle) {
       ->materials[layer.triangle_materials.empty() ? 0 : layer.triangle_materials[triangle]];
 }
 
-const Image* layer_texture(const Layer& layer, const Material& material) {
+const Texture* layer_texture(const Layer& layer, const Material& material) {
   if (material.texture < 0 || layer.corner_uvs.empty()) return nullptr;
   const auto& textures = layer.model->textures;
   const auto index = static_cast<std::size_t>(material.texture);
@@ -35,7 +35,7 @@ const Image* layer_texture(const Layer& layer, const Material& material) {
 
 Shading shading_at(const Layer& layer, std::size_t corner) {
   const Material& material = layer_material(layer, corner / 3);
-  const Image* texture = layer_texture(layer, material);
+  const Texture* texture = layer_texture(layer, material);
   return own_shading(material,
                      texture ? sample_texture(*texture, layer.corner_uvs[corner]) : Vec3{1, 1, 1});
 }

@@ -26,7 +26,7 @@ struct PngImage : PmOiioImage {
   std::string error_text;
   std::vector<png_byte> samples;    ///< samples as libpng delivers them
   std::vector<png_bytep> rows;      ///< the first byte of each row
-  std::unique_ptr<float[]> values;  ///< samples in [0, 1]
+  std::unique_ptr<float[]> values;  ///< samples of 16 bits in [0, 1]
   std::vector<std::string> texts;   ///< keywords and texts, alternating
   std::vector<PmOiioAttribute> entries;
 };
@@ -180,9 +180,8 @@ bool read_pixels(Handles& h, PngImage& image) {
   return true;
 }
 
-/// Converts the first `count` samples, integers of type Code, to floats in [0, 1].
-template <class Code>
-void convert_codes(PngImage& image, std::size_t count, float max_code) {
+/// Converts the first `count` samples, integers of 16 bits, to floats in [0, 1].
+void convert_codes(PngImage& image, std::size_t count) {
   constexpr std::int64_t kGrain = 1 << 16;  // values per task
   // Not initialized, so that the threads touch the memory pages first.
   image.values = std::make_unique_for_overwrite<float[]>(count);
@@ -190,9 +189,9 @@ void convert_codes(PngImage& image, std::size_t count, float max_code) {
       static_cast<std::int64_t>(count),
       [&](std::int64_t i) {
         const auto k = static_cast<std::size_t>(i);
-        Code code;
+        std::uint16_t code;
         std::memcpy(&code, &image.samples[k * sizeof code], sizeof code);
-        image.values[k] = static_cast<float>(code) / max_code;
+        image.values[k] = static_cast<float>(code) / 65535.0f;
       },
       kGrain);
 }
@@ -228,12 +227,8 @@ void decode(const std::string& bytes, std::uint64_t max_bytes, PngImage& image) 
   if (!read_pixels(h, image)) return;
   copy_texts(h.png, h.info, image);
   add_display_entries(h.png, h.info, image);
-  const std::size_t count = width * height * channels;
-  const bool has_alpha = channels % 2 == 0;  // grey and alpha, or RGBA
   if (bits == 16)
-    convert_codes<std::uint16_t>(image, count, 65535.0f);
-  else if (has_alpha)
-    convert_codes<std::uint8_t>(image, count, 255.0f);
+    convert_codes(image, width * height * channels);
   else
     image.codes = image.samples.data();
   image.failure = PM_OIIO_GOOD;

@@ -19,11 +19,26 @@ Status write_image(const std::filesystem::path& path, const Image& image, const 
   return write_file(path, *bytes);
 }
 
-std::string pixel_digest(const Image& image) {
-  Hasher hasher;
+namespace {
+void add_header(Hasher& hasher, const Image& image) {
   hasher.add(image.width).add(image.height).add(image.channels.size());
   for (const std::string& name : image.channels) hasher.add(std::string_view(name));
+}
+}  // namespace
+
+std::string pixel_digest(const Image& image) {
+  Hasher hasher;
+  add_header(hasher, image);
   hasher.add(std::span<const float>(image.pixels));
+  return hasher.hex();
+}
+
+std::string pixel_digest(const Texture& texture) {
+  if (!texture.codes) return pixel_digest(texture.image);
+  Hasher hasher;
+  add_header(hasher, texture.image);
+  hasher.add(std::span<const float>(texture.code_values)).add(texture.code_channels);
+  hasher.add(std::span<const std::uint8_t>(texture.codes.get(), texture.code_count()));
   return hasher.hex();
 }
 

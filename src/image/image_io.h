@@ -13,6 +13,7 @@
 #include "image/color_space.h"
 #include "image/image.h"
 #include "image/srgb.h"
+#include "image/texture.h"
 
 namespace polymorph {
 
@@ -81,6 +82,14 @@ Result<Image> read_image(const std::filesystem::path& path, const ReadImageSetti
 Result<Image> decode_image(const std::string& bytes, const std::string& name,
                            const ReadImageSettings& settings = {});
 
+/// Reads an image as a texture, whose colours are not multiplied by alpha. A file of 8 bits stays
+/// codes, unless its channels are not grey or R, G, B, with or without A, or its colours are in
+/// ACEScg. Formats and errors are those of read_image(). Other channels follow R, G and B, if the
+/// image has these.
+Result<Texture> read_texture(const std::filesystem::path& path);
+/// Decodes a texture in memory; `name` is used in messages.
+Result<Texture> decode_texture(const std::string& bytes, const std::string& name);
+
 enum class ExrCompression { kNone, kZip, kZips, kPiz };
 
 struct ExrSettings {
@@ -132,5 +141,8 @@ Status write_image(const std::filesystem::path& path, const Image& image,
 
 /// Hash of size, channel names and decoded float pixels (not of file bytes).
 std::string pixel_digest(const Image& image);
+/// Hash of a texture's size, channel names and pixels as they are stored: codes have another digest
+/// than floats, though they are the same picture.
+std::string pixel_digest(const Texture& texture);
 
 }  // namespace polymorph

@@ -40,7 +40,8 @@ struct PmOiioImage {
   int channels;
   const char* const* channel_names;  ///< names in the file's order
   const float* pixels;               ///< interleaved, row 0 on top; integer formats scaled to 0..1
-  /// Pixels of an image without alpha as integers of 8 bits. If not null, `pixels` is null.
+  /// Pixels as integers of 8 bits, with straight alpha or without alpha. If not null, `pixels` is
+  /// null.
   const unsigned char* codes;
   int integer_format;  ///< 1: pixels came from integers, so a transfer curve applies
   int straight_alpha;  ///< 1: colours are not premultiplied

@@ -92,7 +92,7 @@ void convert_row(const PmOiioImage& decoded, const std::vector<Source>& sources,
   }
 }
 
-/// Values of all samples of 8 bits, by code.
+/// Values of the colours of 8 bits, by code.
 using CodeValues = std::array<float, 256>;
 
 CodeValues make_code_values(bool curved) {
@@ -102,8 +102,8 @@ CodeValues make_code_values(bool curved) {
   return values;
 }
 
-/// Converts a row of samples of 8 bits, which have no alpha.
-void look_up_codes(const PmOiioImage& decoded, const std::vector<Source>& sources,
+/// Converts a row of samples of 8 bits. Their colours are not multiplied by alpha.
+void look_up_codes(const PmOiioImage& decoded, const std::vector<Source>& sources, PixelRule rule,
                    const CodeValues& values, std::int64_t y, Image& image) {
   const std::size_t out_count = sources.size(),
                     in_count = static_cast<std::size_t>(decoded.channels),
@@ -112,37 +112,25 @@ void look_up_codes(const PmOiioImage& decoded, const std::vector<Source>& source
   for (std::size_t c = 0; c < out_count; ++c) {
     const unsigned char* from = decoded.codes + first * in_count + sources[c].channel;
     float* to = &image.pixels[first * out_count + c];
-    for (std::size_t x = 0; x < width; ++x) to[x * out_count] = values[from[x * in_count]];
+    const bool is_color = c < rule.colors;
+    for (std::size_t x = 0; x < width; ++x) {
+      const unsigned char code = from[x * in_count];
+      to[x * out_count] = is_color ? values[code] : static_cast<float>(code) / 255.0f;
+    }
+  }
+  if (rule.straight_out) return;
+  for (std::size_t x = 0; x < width; ++x) {
+    float* pixel = &image.pixels[(first + x) * out_count];
+    for (std::size_t c = 0; c < rule.colors; ++c) pixel[c] *= pixel[rule.alpha];
   }
 }
 
-/// Converts the module's image to an Image with the channels in the order of the result.
-Image to_image(const PmOiioImage& decoded, const ReadImageSettings& settings) {
-  const std::vector<Source> sources = list_channel_sources(decoded);
+/// Makes the module's image without its pixels.
+Image make_header(const PmOiioImage& decoded, const std::vector<Source>& sources) {
   Image image;
   image.width = decoded.width;
   image.height = decoded.height;
   for (const Source& source : sources) image.channels.push_back(source.name);
-  image.pixels = make_large_vector<float>(static_cast<std::size_t>(image.width) *
-                                          static_cast<std::size_t>(image.height) * sources.size());
-  const int alpha = image.find_channel("A");
-  const auto colors = std::count_if(sources.begin(), sources.end(),
-                                    [](const Source& s) { return channel_rank(s.name) < 3; });
-  const PixelRule rule{
-      static_cast<std::size_t>(colors), alpha,
-      decoded.integer_format != 0 && settings.integer_curve == TransferCurve::kSrgb,
-      alpha < 0 || decoded.straight_alpha != 0,
-      alpha < 0 || settings.alpha == AlphaMode::kStraight};
-  const CodeValues values = decoded.codes ? make_code_values(rule.curved) : CodeValues{};
-  parallel_for(
-      image.height,
-      [&](std::int64_t y) {
-        if (decoded.codes)
-          look_up_codes(decoded, sources, values, y, image);
-        else
-          convert_row(decoded, sources, rule, y, image);
-      },
-      /*grain=*/16);
   for (int i = 0; i < decoded.attribute_count; ++i) {
     const PmOiioAttribute& from = decoded.attributes[i];
     Attribute to{from.name, from.integer};
@@ -166,6 +154,67 @@ Image to_image(const PmOiioImage& decoded, const ReadImageSettings& settings) {
         {"pictures", fmt::format("{}{}, of which this is the first",
                                  decoded.count_is_cut ? "at least " : "", decoded.picture_count)});
   return image;
+}
+
+/// Converts the module's image to an Image with the channels in the order of the result.
+Image to_image(const PmOiioImage& decoded, const ReadImageSettings& settings) {
+  const std::vector<Source> sources = list_channel_sources(decoded);
+  Image image = make_header(decoded, sources);
+  image.pixels = make_large_vector<float>(static_cast<std::size_t>(image.width) *
+                                          static_cast<std::size_t>(image.height) * sources.size());
+  const int alpha = image.find_channel("A");
+  const auto colors = std::count_if(sources.begin(), sources.end(),
+                                    [](const Source& s) { return channel_rank(s.name) < 3; });
+  const PixelRule rule{
+      static_cast<std::size_t>(colors), alpha,
+      decoded.integer_format != 0 && settings.integer_curve == TransferCurve::kSrgb,
+      alpha < 0 || decoded.straight_alpha != 0,
+      alpha < 0 || settings.alpha == AlphaMode::kStraight};
+  const CodeValues values = decoded.codes ? make_code_values(rule.curved) : CodeValues{};
+  parallel_for(
+      image.height,
+      [&](std::int64_t y) {
+        if (decoded.codes)
+          look_up_codes(decoded, sources, rule, values, y, image);
+        else
+          convert_row(decoded, sources, rule, y, image);
+      },
+      /*grain=*/16);
+  return image;
+}
+
+/// Settings for textures: the renderer ignores alpha.
+constexpr ReadImageSettings kTextureSettings{TransferCurve::kSrgb, AlphaMode::kStraight};
+
+/// Tests whether the channels of the result are R, G and B, or grey three times, then A if there
+/// are an even number of decoded channels.
+bool has_texture_channels(const PmOiioImage& decoded, const std::vector<Source>& sources) {
+  const auto in_count = static_cast<std::size_t>(decoded.channels);
+  const std::size_t colors = in_count < 3 ? 1 : 3, last = in_count - 1;
+  const bool has_alpha = in_count % 2 == 0;
+  if (sources.size() != (has_alpha ? 4u : 3u)) return false;
+  for (std::size_t c = 0; c < 3; ++c)
+    if (channel_rank(sources[c].name) != c || sources[c].channel != c % colors) return false;
+  return !has_alpha || (sources[3].name == "A" && sources[3].channel == last);
+}
+
+/// Converts the module's image to a texture. Codes stay in the module's memory.
+Texture to_texture(DecodedImage decoded) {
+  const std::vector<Source> sources = list_channel_sources(*decoded);
+  Texture texture;
+  texture.image = make_header(*decoded, sources);
+  const bool is_aces_cg =
+      color_space_name(texture.image) == color_space_label(ColorSpace::kAcesCg).interop_id;
+  if (!decoded->codes || !has_texture_channels(*decoded, sources) || is_aces_cg) {
+    texture.image = to_image(*decoded, kTextureSettings);
+    convert_to_rec709(texture.image);
+    return texture;
+  }
+  texture.code_channels = static_cast<std::size_t>(decoded->channels);
+  texture.code_values = make_code_values(decoded->integer_format != 0);
+  const unsigned char* codes = decoded->codes;
+  texture.codes = {std::shared_ptr<PmOiioImage>(std::move(decoded)), codes};
+  return texture;
 }
 
 /// Peak memory of reading, in sizes of the result: codes of up to 16 bits (0.5), decoded floats (1)
@@ -208,15 +257,9 @@ Result<DecodedImage> decode(const std::string& bytes, const std::string& format,
   return DecodedImage(module.decode(&request), module.release);
 }
 
-}  // namespace
-
-Result<Image> read_image(const std::filesystem::path& path, const ReadImageSettings& settings) {
-  PM_TRY(const std::string bytes, read_file(path));
-  return decode_image(bytes, path.string(), settings);
-}
-
-Result<Image> decode_image(const std::string& bytes, const std::string& name,
-                           const ReadImageSettings& settings) {
+/// Decodes a file in memory, and checks it against the settings.
+Result<DecodedImage> decode_checked(const std::string& bytes, const std::string& name,
+                                    const ReadImageSettings& settings) {
   const Result<std::string> format = sniff_image_format(bytes, name);
   if (!format) return make_error(ErrorCode::kInput, "{}: {}", name, format.error().message);
   // Check the size in the header first, because decoders allocate memory for it before they read
@@ -225,7 +268,7 @@ Result<Image> decode_image(const std::string& bytes, const std::string& name,
     PM_TRY_STATUS(check_size(name, *size, settings.max_bytes));
   const auto max_bytes = static_cast<std::size_t>(std::min(
       static_cast<double>(settings.max_bytes), static_cast<double>(remaining_memory()) / kCopies));
-  PM_TRY(const DecodedImage decoded, decode(bytes, *format, max_bytes));
+  PM_TRY(DecodedImage decoded, decode(bytes, *format, max_bytes));
   if (decoded->failure == PM_OIIO_TOO_LARGE) {
     PM_TRY_STATUS(check_size(name,
                              {1.0 * decoded->width, 1.0 * decoded->height, 1.0 * decoded->channels},
@@ -246,9 +289,32 @@ Result<Image> decode_image(const std::string& bytes, const std::string& name,
                       "{}: cannot read this {} image ({}) - the file is damaged or of an "
                       "unusual kind; save it again",
                       name, *format, decoded->error);
+  return decoded;
+}
+
+}  // namespace
+
+Result<Image> read_image(const std::filesystem::path& path, const ReadImageSettings& settings) {
+  PM_TRY(const std::string bytes, read_file(path));
+  return decode_image(bytes, path.string(), settings);
+}
+
+Result<Image> decode_image(const std::string& bytes, const std::string& name,
+                           const ReadImageSettings& settings) {
+  PM_TRY(const DecodedImage decoded, decode_checked(bytes, name, settings));
   Image image = to_image(*decoded, settings);
   if (!settings.stored_colors) convert_to_rec709(image);
   return image;
+}
+
+Result<Texture> read_texture(const std::filesystem::path& path) {
+  PM_TRY(const std::string bytes, read_file(path));
+  return decode_texture(bytes, path.string());
+}
+
+Result<Texture> decode_texture(const std::string& bytes, const std::string& name) {
+  PM_TRY(DecodedImage decoded, decode_checked(bytes, name, kTextureSettings));
+  return to_texture(std::move(decoded));
 }
 
 }  // namespace polymorph

@@ -47,17 +47,18 @@ int MaterialCatalog::find_texture(const SurfaceMaterial& material) const {
              : static_cast<int>(texture - textures.begin());
 }
 
-Result<std::string> texture_png(const Image& texture) {
+Result<std::string> texture_png(const Texture& texture) {
   PngSettings settings;
   settings.effort = PngEffort::kSmall;
+  const Image image = texture_image(texture);
   // Write colours only: the renderer ignores a texture's alpha too.
-  if (texture.channel_count() == 3) return encode_png(texture, settings);
-  if (!has_rgb(texture)) return make_error(ErrorCode::kInput, "a texture has no colour channels");
-  Image colors = make_image(texture.width, texture.height, {"R", "G", "B"});
-  const std::array<int, 3> channels = find_rgb(texture);
-  for (int y = 0; y < texture.height; ++y)
-    for (int x = 0; x < texture.width; ++x)
-      for (int c = 0; c < 3; ++c) colors.at(x, y, c) = texture.at(x, y, channels[c]);
+  if (image.channel_count() == 3) return encode_png(image, settings);
+  if (!has_rgb(image)) return make_error(ErrorCode::kInput, "a texture has no colour channels");
+  Image colors = make_image(image.width, image.height, {"R", "G", "B"});
+  const std::array<int, 3> channels = find_rgb(image);
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x)
+      for (int c = 0; c < 3; ++c) colors.at(x, y, c) = image.at(x, y, channels[c]);
   return encode_png(colors, settings);
 }
 

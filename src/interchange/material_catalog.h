@@ -12,7 +12,7 @@ namespace polymorph {
 
 struct MaterialCatalog {
   std::vector<SurfaceMaterial> materials;  ///< names are unique and valid (identifier())
-  std::vector<std::shared_ptr<const Image>> textures;  ///< the materials' textures, each once
+  std::vector<std::shared_ptr<const Texture>> textures;  ///< the materials' textures, each once
 
   /// Returns the index of a material; adds it unless a material with the same properties, whatever
   /// its name, is there.
@@ -28,6 +28,6 @@ struct MaterialCatalog {
 std::string identifier(const std::string& text);
 
 /// Encodes a texture as an 8-bit PNG without alpha. Errors: kInput if it has no colour channels.
-Result<std::string> texture_png(const Image& texture);
+Result<std::string> texture_png(const Texture& texture);
 
 }  // namespace polymorph

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "image/image.h"
+#include "image/texture.h"
 #include "kernels/types.h"
 
 namespace polymorph {
@@ -14,9 +14,9 @@ namespace polymorph {
 /// Material of some of a surface's triangles.
 struct SurfaceMaterial {
   std::string name;
-  Vec3 color{1, 1, 1};                   ///< scene-linear base colour, multiplied with the texture
-  std::shared_ptr<const Image> texture;  ///< scene-linear; null = none
-  float roughness = 0.5f;                ///< 0 mirror .. 1 matte
+  Vec3 color{1, 1, 1};  ///< scene-linear base colour, multiplied with the texture
+  std::shared_ptr<const Texture> texture;  ///< null = none
+  float roughness = 0.5f;                  ///< 0 mirror .. 1 matte
   float metallic = 0;
   float transmission = 0;  ///< fraction of the light that enters, as into glass
   float ior = 1.5f;

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "image/image.h"
+#include "image/texture.h"
 #include "mesh/mesh_view.h"
 
 namespace polymorph {
@@ -41,7 +41,7 @@ struct Model {
   std::vector<std::string> label_names;           ///< OBJ groups/objects; at least one
   std::vector<std::uint32_t> triangle_materials;  ///< one per triangle: index into materials
   std::vector<Material> materials;  ///< one or more; none in an object made of moving balls
-  std::vector<std::shared_ptr<const Image>> textures;  ///< scene-linear RGB(A)
+  std::vector<std::shared_ptr<const Texture>> textures;
 
   Box box() const { return bounding_box(points); }
   operator MeshView() const { return {points, triangles}; }

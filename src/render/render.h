@@ -41,7 +41,7 @@ struct MaterialLayer {
   std::span<const Vec2> corner_uvs;  ///< 3 per triangle, or empty; then textures are not used
   std::span<const std::uint32_t> triangle_materials;  ///< one per triangle, or empty = material 0
   std::span<const Material> materials;                ///< empty = RenderScene::look instead
-  std::span<const std::shared_ptr<const Image>> textures;  ///< indexed by Material::texture
+  std::span<const std::shared_ptr<const Texture>> textures;  ///< indexed by Material::texture
   MaterialBorders borders = {};
 };
 

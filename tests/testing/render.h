@@ -10,6 +10,7 @@
 
 #include "render/math/vector_math.h"
 #include "render/render.h"
+#include "testing/texture.h"
 
 namespace polymorph::testing {
 
@@ -19,7 +20,7 @@ struct TestMesh {
   std::vector<Vec3> normals;  // one per position
   std::vector<Vec2> uvs;      // three per triangle
   std::vector<Material> materials{Material{}};
-  std::vector<std::shared_ptr<const Image>> textures;
+  std::vector<std::shared_ptr<const Texture>> textures;
 };
 
 /// Returns a sphere around the origin, with the same bits on every processor.
@@ -62,7 +63,7 @@ inline TestMesh make_checkered_square() {
   for (std::size_t i = 0; i < checks.pixels.size(); ++i)  // 3 values per pixel, 24 per row
     checks.pixels[i] = (i / 3 + i / 24) % 2 == 0 ? 0.9f : 0.1f;
   TestMesh square = make_square({0.3f, 0.2f, 0.9f}, {1, 0, 0}, {0, 1, 0}, 0.5f);
-  square.textures = {std::make_shared<const Image>(std::move(checks))};
+  square.textures = {float_texture(std::move(checks))};
   square.materials[0].texture = 0;
   return square;
 }

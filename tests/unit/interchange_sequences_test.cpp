@@ -9,6 +9,7 @@
 #include "base/file.h"
 #include "interchange/surface_writer.h"
 #include "testing/temporary_folder.h"
+#include "testing/texture.h"
 
 namespace polymorph {
 namespace {
@@ -32,9 +33,9 @@ SurfaceFrame square() {
   frame.materials[0].roughness = 0.25f;
   frame.materials[0].transmission = 0.5f;
   frame.materials[1].name = "printed";
-  auto texture = std::make_shared<Image>(make_image(2, 1, {"R", "G", "B"}));
-  texture->pixels = {1, 0, 0, 0, 0, 1};
-  frame.materials[1].texture = texture;
+  Image texture = make_image(2, 1, {"R", "G", "B"});
+  texture.pixels = {1, 0, 0, 0, 0, 1};
+  frame.materials[1].texture = float_texture(std::move(texture));
   frame.mixture.name = "mixture";
   return frame;
 }

@@ -7,6 +7,7 @@
 #include "base/hash.h"
 #include "testing/model.h"
 #include "testing/temporary_folder.h"
+#include "testing/texture.h"
 
 namespace polymorph {
 namespace {
@@ -25,7 +26,7 @@ Model textured_model() {
     model.corner_uvs[i] = {static_cast<float>(i % 3 == 1), static_cast<float>(i % 3 == 2)};
   Image image = make_image(2, 1, {"R", "G", "B"});
   image.at(0, 0, 0) = image.at(1, 0, 1) = 1;
-  model.textures = {std::make_shared<const Image>(std::move(image))};
+  model.textures = {float_texture(std::move(image))};
   return model;
 }
 
@@ -98,9 +99,9 @@ TEST_F(ColorCacheTest, AllInputsChangeTheKey) {
   other.corner_uvs[5] = {0.5f, 0.5f};
   expect_new_key(other, "texture coordinates");
   other = model;
-  Image image = *model.textures[0];
+  Image image = model.textures[0]->image;
   image.at(0, 0, 2) = 0.5f;
-  other.textures = {std::make_shared<const Image>(std::move(image))};
+  other.textures = {float_texture(std::move(image))};
   expect_new_key(other, "texture");
   const std::size_t before = files().size();
   made(model, FaceClass::kHidden);

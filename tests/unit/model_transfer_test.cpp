@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "model/shapes.h"
+#include "testing/texture.h"
 
 namespace polymorph {
 namespace {
@@ -103,7 +104,7 @@ TEST(Transfer, ATriangleAcrossABorderShowsItWhereTheModelHasIt) {
   Image texture = make_image(64, 1, {"R", "G", "B"});
   for (int x = 0; x < 64; ++x)
     for (int c = 0; c < 3; ++c) texture.at(x, 0, c) = static_cast<float>(x) / 63;
-  model.textures = {std::make_shared<const Image>(texture)};
+  model.textures = {float_texture(texture)};
   model.materials[0].texture = model.materials[1].texture = 0;
   const auto on_tube = [](float turn, float y) {
     return Vec3{std::cos(6.2831853f * turn), y, std::sin(6.2831853f * turn)};
@@ -153,11 +154,11 @@ TEST(Transfer, ASeamThatNobodySeesIsNoBorder) {
   };
   Image texture = make_image(2, 1, {"R", "G", "B"});
   std::fill(texture.pixels.begin(), texture.pixels.end(), 0.5f);
-  model.textures = {std::make_shared<const Image>(texture)};
+  model.textures = {float_texture(texture)};
   model.materials[0].texture = 0;
   EXPECT_EQ(borders(), 0u);
   texture.at(1, 0, 1) = 0.9f;
-  model.textures = {std::make_shared<const Image>(texture)};
+  model.textures = {float_texture(texture)};
   EXPECT_EQ(borders(), 1u);
 }
 

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "testing/render.h"
+#include "testing/texture.h"
 
 namespace polymorph {
 namespace {
@@ -231,7 +232,7 @@ TEST(Render, TexturesHaveVUpAndMultiplyTheColor) {
   TestMesh square = make_square({}, {1, 0, 0}, {0, 1, 0}, 1);
   square.materials = {matte({0.5f, 0.5f, 0.5f})};
   square.materials[0].texture = 0;
-  square.textures = {std::make_shared<const Image>(texture)};
+  square.textures = {float_texture(texture)};
   RenderScene scene = furnace();
   scene.meshes = {view_of(square)};
   const Image image = render_or_fail(scene, small_settings());

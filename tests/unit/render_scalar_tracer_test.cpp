@@ -11,6 +11,7 @@
 #include "render/device/device_tracer.h"
 #include "render/math/vector_math.h"
 #include "testing/render.h"
+#include "testing/texture.h"
 
 namespace polymorph {
 namespace {
@@ -137,6 +138,33 @@ TEST(ScalarTracer, LensTexturesAndMotionHaveTheSameBits) {
   motion.closing.position.x += 0.2f;
   studio.scene.camera_motion = motion;
   expect_same_bits(studio.scene, small_settings());
+}
+
+TEST(ScalarTracer, TexturesOfCodesAndOfFloatsHaveTheSameBits) {
+  BallOnFloor studio;
+  TestMesh square = make_checkered_square();
+  // Codes of one, three and four channels: their pictures are those of floats, on the CPU and on
+  // the device.
+  Image colors = make_image(23, 9, {"R", "G", "B", "A"});
+  for (std::size_t i = 0; i < colors.pixels.size(); ++i)
+    colors.pixels[i] = static_cast<float>(i * 7919 % 256) / 256;
+  Image opaque = make_image(23, 9, {"R", "G", "B"});
+  for (std::size_t i = 0; i < opaque.pixels.size(); ++i)
+    opaque.pixels[i] = static_cast<float>(i * 6007 % 256) / 256;
+  for (const Image& image : {colors, opaque}) {
+    const std::shared_ptr<const Texture> coded = coded_texture(image);
+    std::vector<std::string> digests;
+    for (const auto& texture : {coded, float_texture(texture_image(*coded))}) {
+      square.textures = {texture};
+      studio.scene.meshes.resize(1);
+      studio.scene.meshes.push_back(view_of(square, 3));
+      expect_same_bits(studio.scene, small_settings());
+      const auto picture = Renderer::create()->render(studio.scene, small_settings());
+      ASSERT_TRUE(picture) << picture.error().message;
+      digests.push_back(pixel_digest(*picture));
+    }
+    EXPECT_EQ(digests[0], digests[1]);
+  }
 }
 
 TEST(ScalarTracer, EmptyScenesAndSingleTrianglesAreTraced) {

@@ -13,6 +13,7 @@
 #include "sequence/frame/render_frame.h"
 #include "sequence/frame/render_scene.h"
 #include "testing/scene.h"
+#include "testing/texture.h"
 
 namespace polymorph {
 namespace {
@@ -50,7 +51,7 @@ class ExplainTest : public SceneTest {
     for (std::size_t i = 0; i < checks.pixels.size(); ++i)
       checks.pixels[i] = (i / 3 % 16 / 4 + i / 48 / 4) % 2 == 0 ? 0.7f : 0.3f;
     change_model(prepared, [&](Model& model) {
-      model.textures = {std::make_shared<const Image>(checks)};
+      model.textures = {float_texture(checks)};
       if (model.materials.empty()) model.materials.push_back({});
       for (Material& material : model.materials) material.texture = 0;
     });
@@ -177,9 +178,9 @@ TEST_F(ExplainTest, OneTexel) {
   expect_said(planted(kModel,
                       [](PreparedScene& p) {
                         change_model(p, [](Model& model) {
-                          Image image = *model.textures[0];
+                          Image image = model.textures[0]->image;
                           for (int c = 0; c < 3; ++c) image.at(7, 8, c) = 0.9f;
-                          model.textures[0] = std::make_shared<const Image>(image);
+                          model.textures[0] = float_texture(image);
                         });
                       }),
               {"geometry equal", "albedo differs on `cube` at ", "texture"});

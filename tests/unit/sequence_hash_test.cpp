@@ -5,6 +5,7 @@
 
 #include "assets/content_hash.h"
 #include "scene/describe.h"
+#include "testing/texture.h"
 
 namespace polymorph {
 namespace {
@@ -20,7 +21,7 @@ Model triangle() {
   model.label_names = {"skin", "bone"};
   model.triangle_materials = {0};
   model.materials.resize(2);
-  model.textures = {std::make_shared<const Image>(make_image(2, 2, {"R", "G", "B"}))};
+  model.textures = {float_texture(make_image(2, 2, {"R", "G", "B"}))};
   return model;
 }
 

@@ -16,6 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Converts grey to R = G = B. Errors (kInput): no colour channels, pixels that are not finite.
+/// A texture's codes need no conversion.
 Result<Image> make_rgb(Image image, const std::string& location) {
   if (!std::all_of(image.pixels.begin(), image.pixels.end(),
                    [](float v) { return std::isfinite(v); }))
@@ -46,8 +47,7 @@ class TextureReader {
       const auto known = indices_.find(embedded->first);
       if (known != indices_.end()) return known->second;
       const Result<int> index =
-          add(decode_image(embedded->second, mtl.file + " (" + embedded->first + ")", kSettings),
-              location);
+          add(decode_texture(embedded->second, mtl.file + " (" + embedded->first + ")"), location);
       indices_.emplace(embedded->first, index);
       return index;
     }
@@ -61,19 +61,17 @@ class TextureReader {
     const auto known = indices_.find(asset->path);
     if (known != indices_.end()) return known->second;
     remember_input(asset->path);
-    const Result<int> index = add(read_image(asset->path, kSettings), location);
+    const Result<int> index = add(read_texture(asset->path), location);
     indices_.emplace(asset->path, index);
     return index;
   }
 
  private:
-  // The renderer ignores alpha.
-  static constexpr ReadImageSettings kSettings{TransferCurve::kSrgb, AlphaMode::kStraight};
-
-  Result<int> add(Result<Image> read, const std::string& location) {
+  Result<int> add(Result<Texture> read, const std::string& location) {
     if (!read) return make_error(read.error().code, "{}: {}", location, read.error().message);
-    PM_TRY(Image image, make_rgb(std::move(read).value(), location));
-    model_.textures.push_back(std::make_shared<const Image>(std::move(image)));
+    Texture texture = std::move(read).value();
+    PM_TRY(texture.image, make_rgb(std::move(texture.image), location));
+    model_.textures.push_back(std::make_shared<const Texture>(std::move(texture)));
     return static_cast<int>(model_.textures.size()) - 1;
   }
 

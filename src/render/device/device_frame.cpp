@@ -62,11 +62,13 @@ DeviceLayer pack_layer(const MaterialLayer& layer, Packer& packer) {
         {m.color, m.specular, m.roughness, m.metallic, m.transmission, m.ior, m.texture});
   packed.materials = packer.put(materials);
   std::vector<const TextureView*> textures;
-  for (const std::shared_ptr<const Image>& image : layer.textures) {
+  for (const std::shared_ptr<const Texture>& texture : layer.textures) {
     textures.push_back(nullptr);
-    if (!image) continue;
-    const TextureView view{image->width, image->height, image->channel_count(),
-                           packer.put(image->pixels).data()};
+    if (!texture) continue;
+    TextureView view = texture->view();
+    view.pixels = packer.put(texture->image.pixels).data();
+    if (view.codes) view.codes = packer.put(view.codes, texture->code_count());
+    view.code_values = packer.put(texture->code_values).data();
     textures.back() = packer.put(&view, 1);
   }
   packed.textures = packer.put(textures);

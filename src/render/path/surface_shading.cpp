@@ -74,27 +74,17 @@ struct PackTaps {
   static void store(PackMask from, std::int32_t* to) { std::memcpy(to, &from, sizeof from); }
 };
 
-/// A colour and an unused fourth float, so that one instruction loads a texel.
+/// A colour and an unused fourth float, so that one instruction mixes two texels.
 typedef float Quad __attribute__((vector_size(16)));
 
-/// Samples a texture of three channels or more at eight points, as sample_texture() does at one.
-void sample_texture(const Image& image, Pack2 uv, Vec3 (&texels)[kLanes]) {
-  const PackTaps x(uv.x, image.width), y(1.0f - uv.y, image.height);
-  const std::size_t channels = image.channel_count();
-  const auto width = static_cast<std::size_t>(image.width);
-  // Largest index at which four floats can be loaded. The last texel of an image of three channels
-  // is beyond it.
-  const std::size_t max_load_index = image.pixels.size() - 4;
+/// Samples a texture at eight points, as sample_texture() does at one.
+void sample_texture(TextureView texture, Pack2 uv, Vec3 (&texels)[kLanes]) {
+  const PackTaps x(uv.x, texture.width), y(1.0f - uv.y, texture.height);
   for (int l = 0; l < kLanes; ++l) {
     const auto load = [&](std::int32_t column, std::int32_t row) {
-      const std::size_t i =
-          (static_cast<std::size_t>(row) * width + static_cast<std::size_t>(column)) * channels;
-      Quad texel;
-      if (i <= max_load_index)
-        std::memcpy(&texel, &image.pixels[i], sizeof texel);
-      else
-        texel = Quad{image.pixels[i], image.pixels[i + 1], image.pixels[i + 2], 0};
-      return texel;
+      const Vec3 texel =
+          texture.texel(static_cast<std::size_t>(column), static_cast<std::size_t>(row));
+      return Quad{texel.x, texel.y, texel.z, 0};
     };
     const auto mix_quads = [](Quad a, Quad b, float t) { return a + (b - a) * t; };
     const float fx = x.fraction[l];
@@ -106,7 +96,7 @@ void sample_texture(const Image& image, Pack2 uv, Vec3 (&texels)[kLanes]) {
 }
 
 /// Returns the texture of a material, or null if it has none.
-const Image* find_texture(const MaterialLayer& layer, const Material& material) {
+const Texture* find_texture(const MaterialLayer& layer, const Material& material) {
   const auto texture = static_cast<std::size_t>(std::max(material.texture, 0));
   if (material.texture < 0 || layer.corner_uvs.empty() || texture >= layer.textures.size())
     return nullptr;
@@ -116,7 +106,7 @@ const Image* find_texture(const MaterialLayer& layer, const Material& material) 
 /// Looks up the shading parameters of a layer at eight hits of one mesh.
 ShadingOf<Pack3> layer_shading(const MaterialLayer& layer, const MeshHitOf<Pack>& hit) {
   const Material* materials[kLanes];
-  const Image* textures[kLanes];
+  const Texture* textures[kLanes];
   Pack2 uv;
   bool is_one_texture = true;
   for (int l = 0; l < kLanes; ++l) {
@@ -129,9 +119,8 @@ ShadingOf<Pack3> layer_shading(const MaterialLayer& layer, const MeshHitOf<Pack>
   // If possible, one texture is sampled at eight points at once. Without a texture, texels are
   // white.
   Vec3 texels[kLanes];
-  if (is_one_texture && textures[0] && textures[0]->channel_count() >= 3 &&
-      textures[0]->pixels.size() >= 4)
-    sample_texture(*textures[0], uv, texels);
+  if (is_one_texture && textures[0] && !textures[0]->view().empty())
+    sample_texture(textures[0]->view(), uv, texels);
   else
     for (int l = 0; l < kLanes; ++l)
       texels[l] =
