@@ -70,6 +70,17 @@ TEST(Texture, CodesGiveTheBitsOfFloats) {
   }
 }
 
+TEST(Texture, FilesOfOtherFormatsStayCodesWithoutAlpha) {
+  for (const char* name : {"rgb.jpg", "cmyk.jpg", "rgb8.tif"}) {
+    const auto texture = read_texture(data_file(name));
+    ASSERT_TRUE(texture) << texture.error().message;
+    const auto image = read_image(data_file(name), kStraight);
+    ASSERT_TRUE(image) << image.error().message;
+    EXPECT_TRUE(texture->codes) << name;
+    expect_same_texture(*texture, *image);
+  }
+}
+
 TEST(Texture, EveryCodeHasItsLinearValue) {
   std::string row;
   for (int code = 0; code < 256; ++code) row += static_cast<char>(code);

@@ -18,6 +18,7 @@ struct Decoded : PmOiioImage {
   Decoded() : PmOiioImage{} {}
   std::string error_text;
   std::vector<float> pixel_store;
+  std::vector<unsigned char> code_store;
   std::vector<std::string> names;
   std::vector<const char*> name_pointers;
   std::vector<std::unique_ptr<std::string>> texts;
@@ -210,11 +211,31 @@ bool read_pixels(OIIO::ImageInput& input, Part& part) {
   return true;
 }
 
+bool fills_display_window(const OIIO::ImageSpec& spec) {
+  return spec.x == spec.full_x && spec.y == spec.full_y && spec.width == spec.full_width &&
+         spec.height == spec.full_height;
+}
+
+/// Tests whether the pixels are returned as codes (PmOiioImage::codes): grey or three channels of 8
+/// bits.
+bool has_codes(const OIIO::ImageSpec& spec) {
+  return spec.format == OIIO::TypeDesc::UINT8 && spec.channelformats.empty() &&
+         spec.alpha_channel < 0 && (spec.nchannels == 1 || spec.nchannels == 3) &&
+         fills_display_window(spec);
+}
+
+/// Reads the pixels of the first picture as codes.
+bool read_codes(OIIO::ImageInput& input, const OIIO::ImageSpec& spec,
+                std::vector<unsigned char>& codes) {
+  codes.resize(static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height) *
+               static_cast<std::size_t>(spec.nchannels));
+  return input.read_image(/*subimage=*/0, /*miplevel=*/0, /*chbegin=*/0, spec.nchannels,
+                          OIIO::TypeDesc::UINT8, codes.data());
+}
+
 /// Copies the data window to its position in the display window.
 std::vector<float> to_display_window(const OIIO::ImageSpec& spec, std::vector<float> pixels) {
-  const bool fills_window = spec.x == spec.full_x && spec.y == spec.full_y &&
-                            spec.width == spec.full_width && spec.height == spec.full_height;
-  if (fills_window) return pixels;
+  if (fills_display_window(spec)) return pixels;
   const auto channels = static_cast<std::int64_t>(spec.nchannels);
   // Offset of the data window in the display window.
   const std::int64_t dx = std::int64_t{spec.x} - spec.full_x,
@@ -368,12 +389,13 @@ void decode(const PmOiioRequest& request, Decoded& image) {
   // Read the parts, and join them to one image.
   image.width = spec.full_width;
   image.height = spec.full_height;
+  const bool is_coded = !exr && has_codes(spec);
   for (Part& part : parts) {
-    if (!read_pixels(*input, part)) {
+    if (!(is_coded ? read_codes(*input, part.spec, image.code_store) : read_pixels(*input, part))) {
       std::string reason = input->geterror();
       return fail(image, PM_OIIO_BROKEN, reason.empty() ? "the pixels cannot be decoded" : reason);
     }
-    part.pixels = to_display_window(part.spec, std::move(part.pixels));
+    if (!is_coded) part.pixels = to_display_window(part.spec, std::move(part.pixels));
     add_attributes(part.spec, image);
   }
   const bool is_joined = parts.size() > 1;
@@ -381,7 +403,10 @@ void decode(const PmOiioRequest& request, Decoded& image) {
   for (const std::string& name : image.names) image.name_pointers.push_back(name.c_str());
   image.channel_names = image.name_pointers.data();
   image.is_id_channel = image.is_id_store.data();
-  image.pixels = image.pixel_store.data();
+  if (is_coded)
+    image.codes = image.code_store.data();
+  else
+    image.pixels = image.pixel_store.data();
   image.integer_format = !exr && !spec.format.is_floating_point();
   image.straight_alpha = spec.get_int_attribute("oiio:UnassociatedAlpha") != 0;
   // The pictures of an OpenEXR file are its parts. Joined parts are one picture.
