@@ -120,6 +120,34 @@ TEST(Isa, HitsAreThoseOfAllTrianglesOneByOne) {
   }
 }
 
+TEST(Isa, RaysThatBeginInFrontOfATriangleHitIt) {
+  // At such a distance Embree's own one may be negative.
+  const FlushDenormals flush;
+  const TestMesh ball = make_ball(40, 20);
+  const RenderMesh mesh = view_of(ball);
+  for (const RayDevice& device : all_devices()) {
+    Result<TracedScene> scene = TracedScene::build(device, {mesh}, 0, 5);
+    ASSERT_TRUE(scene) << scene.error().message;
+    int near_hits = 0;
+    for (std::uint64_t key = 0; key < 2000; ++key) {
+      const Vec3 direction = random_direction(key, 1);
+      const std::size_t triangle = random_u64(/*seed=*/3, key, 0) % ball.triangles.size();
+      Vec3 middle;
+      for (const std::uint32_t v : ball.triangles[triangle].v)
+        middle = middle + ball.positions[v] / 3;
+      const Ray ray{middle - direction * 2e-7f, direction, /*time=*/0, /*far=*/kInfinity};
+      const MeshHit wanted = one_by_one(*scene, 1, ray);
+      near_hits += wanted.mesh != kNoMesh && wanted.distance < 1e-6f;
+      const std::string what = device.isa + ", ray " + std::to_string(key);
+      expect_equal(wanted, scene->closest(ray), what);
+      const RayOf<Pack3> pack{broadcast3<Pack3>(ray.origin), broadcast3<Pack3>(ray.direction),
+                              broadcast<Pack>(ray.time), broadcast<Pack>(ray.far)};
+      EXPECT_EQ(scene->test_occlusion(&pack, 1) & 1u, wanted.mesh != kNoMesh ? 1u : 0u) << what;
+    }
+    EXPECT_GT(near_hits, 1000);
+  }
+}
+
 TEST(Isa, PacketsAndShadowsAreTheSameUnderEveryInstructionSet) {
   const FlushDenormals flush;
   const Hard hard;

@@ -109,6 +109,10 @@ class TracedScene {
   float epsilon() const { return epsilon_; }  ///< offset of rays from the surface that they leave
   /// Maximum error of Embree's distances, except for grazing rays.
   float slack() const { return max_length_ * 0x1p-14f; }
+  /// Distance behind a ray's origin at which Embree's ray begins. Near the origin, Embree's
+  /// distance of a hit may be negative although the exact one is positive. Rays that leave a
+  /// surface begin in front of it nevertheless.
+  float start_margin() const { return 0.5f * epsilon_; }
 
  private:
   struct Release {

@@ -12,14 +12,15 @@ namespace {
 /// context. A ray's `id` is its index in the arrays.
 struct Query {
   RTCIntersectContext context;  // must be the first member, because Embree passes its address
-  float slack;                  // TracedScene::slack()
+  float slack;                  // TracedScene::slack() plus start_margin()
   const RayOf<Pack3>* rays;     // one or two packs
   // Per ray: the nearest hit so far; without a hit, `distance` is the ray's `far`.
   alignas(32) std::array<double, kPacket> distance;
   alignas(32) std::array<float, kPacket> u, v;
   alignas(32) std::array<std::uint32_t, kPacket> mesh, triangle;
 
-  Query(const TracedScene& scene, const RayOf<Pack3>* packs) : slack(scene.slack()), rays(packs) {
+  Query(const TracedScene& scene, const RayOf<Pack3>* packs)
+      : slack(scene.slack() + scene.start_margin()), rays(packs) {
     rtcInitIntersectContext(&context);
   }
 };
@@ -114,15 +115,17 @@ bool fill_packet(const TracedScene& scene, const RayOf<Pack3>* rays, int count, 
   // ignores `valid` for packets of 16 and tests whether [tnear, tfar] is empty.
   if (count <= kLanes) std::memset(&packet, 0, sizeof packet);
   std::memset(valid, 0, kPacket * sizeof(int));
+  const float slack = scene.slack() + scene.start_margin();
   bool any_active = false;
   for (int first = 0; first < count; first += kLanes) {
     const RayOf<Pack3>& ray = rays[first / kLanes];
     const PackMask hits_bounds = (!scene.misses_bounds(ray)) & first_lanes(count - first);
     any_active = any_active || any(hits_bounds);
     std::memcpy(valid + first, &hits_bounds, sizeof hits_bounds);
-    Lanes<Pack>::store(packet.org_x + first, ray.origin.x);
-    Lanes<Pack>::store(packet.org_y + first, ray.origin.y);
-    Lanes<Pack>::store(packet.org_z + first, ray.origin.z);
+    const Pack3 start = ray.origin - ray.direction * scene.start_margin();
+    Lanes<Pack>::store(packet.org_x + first, start.x);
+    Lanes<Pack>::store(packet.org_y + first, start.y);
+    Lanes<Pack>::store(packet.org_z + first, start.z);
     Lanes<Pack>::store(packet.tnear + first,
                        select(hits_bounds, broadcast<Pack>(0), broadcast<Pack>(kInfinity)));
     Lanes<Pack>::store(packet.dir_x + first, ray.direction.x);
@@ -130,7 +133,7 @@ bool fill_packet(const TracedScene& scene, const RayOf<Pack3>* rays, int count, 
     Lanes<Pack>::store(packet.dir_z + first, ray.direction.z);
     Lanes<Pack>::store(packet.time + first, ray.time);
     Lanes<Pack>::store(packet.tfar + first,
-                       select(hits_bounds, ray.far + scene.slack(), broadcast<Pack>(0)));
+                       select(hits_bounds, ray.far + slack, broadcast<Pack>(0)));
     const PackBits all = PackBits{} + 0xffffffffu, none{};
     std::memcpy(packet.mask + first, &all, sizeof all);
     std::memcpy(packet.flags + first, &none, sizeof none);
@@ -155,15 +158,16 @@ MeshHit TracedScene::closest(const Ray& ray) const {
   query.distance[0] = static_cast<double>(ray.far);
   query.mesh[0] = kNoMesh;
   RTCRayHit single;
-  single.ray = {ray.origin.x,
-                ray.origin.y,
-                ray.origin.z,
+  const Vec3 start = ray.origin - ray.direction * start_margin();
+  single.ray = {start.x,
+                start.y,
+                start.z,
                 0.0f,  // tnear
                 ray.direction.x,
                 ray.direction.y,
                 ray.direction.z,
                 ray.time,
-                ray.far + slack(),
+                ray.far + query.slack,
                 0xffffffffu,  // mask
                 0,            // id
                 0};           // flags
