@@ -10,11 +10,11 @@ namespace {
 
 /// Coordinates of a triangle's corners relative to a point, along an axis and the two that follow
 /// it cyclically.
-struct Corner {
+struct ProjectedCorner {
   double along = 0, u = 0, v = 0;
 };
 
-Corner relative_corner(Vec3 p, Vec3 origin, int axis) {
+ProjectedCorner relative_corner(Vec3 p, Vec3 origin, int axis) {
   const Vec3d d = Vec3d(p) - Vec3d(origin);
   if (axis == 0) return {d.x, d.y, d.z};
   if (axis == 1) return {d.y, d.z, d.x};
@@ -56,9 +56,9 @@ std::optional<int> count_entries(std::span<const TriangleBvh::Corners> triangles
   constexpr double kTolerance = 1e-10;
   int entries = 0;
   for (const TriangleBvh::Corners& corners : triangles) {
-    const Corner a = relative_corner(corners.p[0], from, axis),
-                 b = relative_corner(corners.p[1], from, axis),
-                 c = relative_corner(corners.p[2], from, axis);
+    const ProjectedCorner a = relative_corner(corners.p[0], from, axis),
+                          b = relative_corner(corners.p[1], from, axis),
+                          c = relative_corner(corners.p[2], from, axis);
     if (std::min({a.along, b.along, c.along}) > length ||
         std::max({a.along, b.along, c.along}) < 0 || std::min({a.u, b.u, c.u}) > 0 ||
         std::max({a.u, b.u, c.u}) < 0 || std::min({a.v, b.v, c.v}) > 0 ||
