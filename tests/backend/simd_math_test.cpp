@@ -129,7 +129,10 @@ TEST(Packs, splines_have_the_bits_of_each_point_alone) {
       const TeamBrickSpline shared(team, scratch, map, grid, {0, 0, 0});
       for (const auto& [j, k] : {std::pair(0, 0), std::pair(7, 2), std::pair(4, 7)}) {
         const int line = j + kBrickPoints * k;
-        const auto position = [&](int l) { return grid_point(grid, {l, j, k}); };
+        // clang captures no names of structured bindings.
+        const auto position = [&, y_index = j, z_index = k](int l) {
+          return grid_point(grid, {l, y_index, z_index});
+        };
         if (brick.has_lines()) {
           ++packs;
           brick.values(line, values);
