@@ -26,28 +26,12 @@ ProjectedCorner relative_corner(Vec3 p, Vec3 origin, int axis) {
 void list_triangles(const TriangleBvhView& bvh, const Box& box,
                     std::vector<TriangleBvh::Corners>& triangles) {
   triangles.clear();
-  std::uint32_t stack[TriangleBvh::kStackSize];
-  int stack_size = 0;
-  if (!bvh.nodes.empty()) stack[stack_size++] = 0;
-  while (stack_size > 0) {
-    const TriangleBvh::Node& node = bvh.nodes[stack[--stack_size]];
-    const unsigned touching = children_touching(node, box);
-    for (int k = 0; k < TriangleBvh::kWidth; ++k) {
-      if (!(touching >> k & 1)) continue;
-      if (node.count[k] == 0) {
-        stack[stack_size++] = node.child[k];
-        continue;
-      }
-      for (std::uint32_t slot = node.child[k]; slot < node.child[k] + node.count[k]; ++slot) {
-        const TriangleBvh::Corners& corners = bvh.corners[slot];
-        const Vec3 low = min(min(corners.p[0], corners.p[1]), corners.p[2]),
-                   high = max(max(corners.p[0], corners.p[1]), corners.p[2]);
-        if (low.x <= box.high.x && low.y <= box.high.y && low.z <= box.high.z &&
-            high.x >= box.low.x && high.y >= box.low.y && high.z >= box.low.z)
-          triangles.push_back(corners);
-      }
-    }
-  }
+  for_each_touching_leaf(
+      bvh.nodes, box, [] { return true; },
+      [&](std::uint32_t first, std::uint32_t count) {
+        for (std::uint32_t slot = first; slot < first + count; ++slot)
+          if (bounds_touch(bvh.corners[slot], box)) triangles.push_back(bvh.corners[slot]);
+      });
 }
 
 std::optional<int> count_entries(std::span<const TriangleBvh::Corners> triangles, Vec3 from,

@@ -56,12 +56,6 @@ bool cross_properly(MeshView mesh, const Triangle& s, const Triangle& t) {
   return pierces(a, sides_a, b) || pierces(b, sides_b, a);
 }
 
-bool boxes_touch(const Box& box, const TriangleBvh::Corners& c) {
-  const Vec3 low = min(c.p[0], min(c.p[1], c.p[2])), high = max(c.p[0], max(c.p[1], c.p[2]));
-  return box.low.x <= high.x && box.high.x >= low.x && box.low.y <= high.y && box.high.y >= low.y &&
-         box.low.z <= high.z && box.high.z >= low.z;
-}
-
 /// Triangles that cross one triangle.
 struct Crossings {
   std::vector<std::uint32_t> triangles;  ///< ascending; only those of higher index
@@ -77,30 +71,20 @@ Crossings find_crossings(MeshView mesh, const TriangleBvh& bvh, std::uint32_t t,
   const Triangle& triangle = mesh.triangles[t];
   Box box;
   for (const std::uint32_t v : triangle.v) box = extend(box, mesh.points[v]);
-  std::uint32_t stack[TriangleBvh::kStackSize];
-  int stack_size = 0;
-  stack[stack_size++] = 0;
-  while (stack_size > 0 && crossing.size() < max_pairs &&
-         result.work < SelfIntersections::kMaxWork) {
-    const TriangleBvh::Node& node = bvh.nodes[stack[--stack_size]];
-    const unsigned touching = children_touching(node, box);
-    for (int k = 0; k < TriangleBvh::kWidth; ++k) {
-      if (!(touching >> k & 1)) continue;
-      if (node.count[k] == 0) {
-        stack[stack_size++] = node.child[k];
-        continue;
-      }
-      result.work += node.count[k];
-      for (std::uint32_t slot = node.child[k]; slot < node.child[k] + node.count[k]; ++slot) {
-        const std::uint32_t other = bvh.triangles[slot];
-        if (other <= t || !boxes_touch(box, bvh.corners[slot]) ||
-            have_common_corner(triangle, mesh.triangles[other]))
-          continue;
-        result.work += kPairWork;
-        if (cross_properly(mesh, triangle, mesh.triangles[other])) crossing.push_back(other);
-      }
-    }
-  }
+  for_each_touching_leaf(
+      bvh.nodes, box,
+      [&] { return crossing.size() < max_pairs && result.work < SelfIntersections::kMaxWork; },
+      [&](std::uint32_t first, std::uint32_t count) {
+        result.work += count;
+        for (std::uint32_t slot = first; slot < first + count; ++slot) {
+          const std::uint32_t other = bvh.triangles[slot];
+          if (other <= t || !bounds_touch(bvh.corners[slot], box) ||
+              have_common_corner(triangle, mesh.triangles[other]))
+            continue;
+          result.work += kPairWork;
+          if (cross_properly(mesh, triangle, mesh.triangles[other])) crossing.push_back(other);
+        }
+      });
   std::sort(crossing.begin(), crossing.end());
   return result;
 }

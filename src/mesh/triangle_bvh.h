@@ -62,4 +62,32 @@ inline unsigned children_touching(const TriangleBvh::Node& node, const Box& box)
   return touching;
 }
 
+/// Tests whether the bounds of a triangle touch the box.
+inline bool bounds_touch(const TriangleBvh::Corners& c, const Box& box) {
+  const Vec3 low = min(c.p[0], min(c.p[1], c.p[2])), high = max(c.p[0], max(c.p[1], c.p[2]));
+  return box.low.x <= high.x && box.high.x >= low.x && box.low.y <= high.y && box.high.y >= low.y &&
+         box.low.z <= high.z && box.high.z >= low.z;
+}
+
+/// Calls visit(first slot, number of slots) for the leaves whose boxes touch the box. Ends before a
+/// node for which goes_on() returns false.
+template <class GoesOn, class Visit>
+void for_each_touching_leaf(std::span<const TriangleBvh::Node> nodes, const Box& box,
+                            const GoesOn& goes_on, const Visit& visit) {
+  std::uint32_t stack[TriangleBvh::kStackSize];
+  int stack_size = 0;
+  if (!nodes.empty()) stack[stack_size++] = 0;
+  while (stack_size > 0 && goes_on()) {
+    const TriangleBvh::Node& node = nodes[stack[--stack_size]];
+    const unsigned touching = children_touching(node, box);
+    for (int k = 0; k < TriangleBvh::kWidth; ++k) {
+      if (!(touching >> k & 1)) continue;
+      if (node.count[k] == 0)
+        stack[stack_size++] = node.child[k];
+      else
+        visit(node.child[k], node.count[k]);
+    }
+  }
+}
+
 }  // namespace polymorph

@@ -109,16 +109,15 @@ void accept_any(const RTCFilterFunctionNArguments* args) {
 
 /// Fills the packet and marks the rays that hit the bounds of the meshes as valid. Returns false if
 /// there are none.
-bool fill_packet(const TracedScene& scene, const RayOf<Pack3>* rays, int count, RTCRay16& packet,
+bool fill_packet(const TracedScene& scene, const Query& query, int count, RTCRay16& packet,
                  int* valid) {
   // Debian's Embree asserts that inactive lanes hold finite numbers, too. Without AVX-512, Embree
   // ignores `valid` for packets of 16 and tests whether [tnear, tfar] is empty.
   if (count <= kLanes) std::memset(&packet, 0, sizeof packet);
   std::memset(valid, 0, kPacket * sizeof(int));
-  const float slack = scene.slack() + scene.start_margin();
   bool any_active = false;
   for (int first = 0; first < count; first += kLanes) {
-    const RayOf<Pack3>& ray = rays[first / kLanes];
+    const RayOf<Pack3>& ray = query.rays[first / kLanes];
     const PackMask hits_bounds = (!scene.misses_bounds(ray)) & first_lanes(count - first);
     any_active = any_active || any(hits_bounds);
     std::memcpy(valid + first, &hits_bounds, sizeof hits_bounds);
@@ -133,7 +132,7 @@ bool fill_packet(const TracedScene& scene, const RayOf<Pack3>* rays, int count, 
     Lanes<Pack>::store(packet.dir_z + first, ray.direction.z);
     Lanes<Pack>::store(packet.time + first, ray.time);
     Lanes<Pack>::store(packet.tfar + first,
-                       select(hits_bounds, ray.far + slack, broadcast<Pack>(0)));
+                       select(hits_bounds, ray.far + query.slack, broadcast<Pack>(0)));
     const PackBits all = PackBits{} + 0xffffffffu, none{};
     std::memcpy(packet.mask + first, &all, sizeof all);
     std::memcpy(packet.flags + first, &none, sizeof none);
@@ -191,7 +190,7 @@ void TracedScene::closest(const RayOf<Pack3>* rays, MeshHitOf<Pack>* hits, int c
   // All bits set: RTC_INVALID_GEOMETRY_ID.
   std::memset(packet.hit.geomID, 0xff, sizeof packet.hit.geomID);
   std::memset(packet.hit.instID, 0xff, sizeof packet.hit.instID);
-  if (fill_packet(*this, rays, count, packet.ray, valid)) {
+  if (fill_packet(*this, query, count, packet.ray, valid)) {
     if (coherent) query.context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     rtcIntersect16(valid, scene_.get(), &query.context, &packet);
   }
@@ -210,7 +209,7 @@ std::uint32_t TracedScene::test_occlusion(const RayOf<Pack3>* rays, int count) c
   alignas(64) int valid[kPacket];
   alignas(64) RTCRay16 packet;
   Query query(*this, rays);
-  if (!fill_packet(*this, rays, count, packet, valid)) return 0;
+  if (!fill_packet(*this, query, count, packet, valid)) return 0;
   rtcOccluded16(valid, scene_.get(), &query.context, &packet);
   std::uint32_t bits = 0;
   for (int first = 0; first < count; first += kLanes)  // Embree makes tfar of occluded rays -inf
