@@ -47,6 +47,10 @@ struct VerticesOf {
 
 // Lobes sharper than this count as mirrors, which do not set kScattered.
 inline constexpr float kMirrorAlpha = 0.1f;
+// Directions per path in estimate_gloss_sky(). Of six scenes with 16 samples, 4 directions lower
+// the mean FLIP by 10 % and take 10 % more time (2: 7 and 4 %, 8: 10 and 17 %); in a preview of one
+// sample they lower it by 20 to 29 % (measured).
+inline constexpr int kGlossSkySamples = 4;
 // Replaces the infinite pdf of a smooth mirror or glass.
 inline constexpr float kDeltaPdf = 1e30f;
 
@@ -196,6 +200,35 @@ PM_HD_CALL void add_mirrored_sky(const World& world, PathOf<T3>& path, const Bsd
   path.radiance = path.radiance + zero_unless(where, path.throughput * light);
 }
 
+/// Estimates the light of an unoccluded calm sky that a BSDF reflects beyond its diffuse albedo:
+/// its gloss, and what the coat's transmittance changes. The directions, which need no rays, are
+/// copies of (u, v) that a rank-1 lattice shifts, so that those of all samples stay well
+/// distributed. Half of them are for the diffuse lobes, because the coat's part varies over the
+/// whole hemisphere; with a quarter the pictures have more noise (measured).
+template <class T3>
+PM_HD_CALL T3 estimate_gloss_sky(const SkyTables& sky, BsdfOf<T3> bsdf, ComponentOf<T3> u,
+                                 ComponentOf<T3> v) {
+  using V = ComponentOf<T3>;
+  const V gloss = bsdf.gloss_probability[0] + bsdf.gloss_probability[1];
+  bsdf.diffuse_probability = select(bsdf.has_diffuse, broadcast<V>(0.5f), broadcast<V>(0));
+  const V scale = zero_unless(gloss > 0.0f, (1.0f - bsdf.diffuse_probability) / gloss);
+  for (V& probability : bsdf.gloss_probability) probability = probability * scale;
+  constexpr float kGoldenRatio = 0.618034f;
+  const auto wrap = [](V x) { return select(x >= 1.0f, x - 1.0f, x); };
+  constexpr float kStep = 1.0f / kGlossSkySamples;
+  T3 sum{};
+  float shift = 0;
+  for (int i = 0; i < kGlossSkySamples; ++i) {
+    const T3 local = sample_bsdf(bsdf, wrap(u + static_cast<float>(i) * kStep), wrap(v + shift));
+    const BsdfValueOf<T3> value = evaluate_bsdf(bsdf, local);
+    const T3 beyond_diffuse = value.value - bsdf.diffuse_albedo * (kInvPi * local.z);
+    const T3 calm = split_radiance(sky, sky_radiance(sky, to_world(bsdf.frame, local))).calm;
+    sum = sum + zero_unless(value.pdf > 0.0f, beyond_diffuse * calm / value.pdf);
+    shift = shift + kGoldenRatio < 1 ? shift + kGoldenRatio : shift + kGoldenRatio - 1;
+  }
+  return sum * kStep;
+}
+
 /// Scatters paths on the floor: adds all lights and the calm sky, then samples the next direction.
 /// Returns the lanes whose paths continue.
 template <class T3, class Shadows>
@@ -298,6 +331,13 @@ PM_HD MaskOf<T3> scatter_on_mesh(const World& world, VerticesOf<T3, Shadows>& ve
   const MaskOf<T3> scattered = vertices.live & (value.pdf > 0.0f);
   const T3 direction = to_world(bsdf.frame, local);
   path.control_variate = path.throughput * bsdf.diffuse_albedo * (kInvPi * local.z / value.pdf);
+  const MaskOf<T3> estimates_gloss = vertices.live & has(path, kFromCamera) & bsdf.has_gloss;
+  if (any(estimates_gloss)) {
+    const T3 light = path.throughput * estimate_gloss_sky(world.sky, bsdf, sample.c, sample.d);
+    path.radiance = path.radiance + zero_unless(estimates_gloss, light);
+    path.control_variate =
+        select(estimates_gloss, path.throughput * value.value / value.pdf, path.control_variate);
+  }
   path.throughput = path.throughput * value.value / value.pdf;
   path.ray = {vertices.origin, direction, path.ray.time};
   path.pdf = value.pdf;
