@@ -19,10 +19,10 @@ void make_coarse(const Scene& scene, SphereSettings& spheres) {
   spheres.resolution = 0;  // chosen for this number
 }
 
-/// Applies --preview: half the size, a coarser surface and fewer balls; only direct light and one
-/// ambient-occlusion ray, smoothed. `draft` applies --draft: a still coarser surface, and one
-/// sample of direct light without noise. Settings of the image other than its size keep the values
-/// that --set (`sets`) gives them.
+/// Applies --preview: half the size, a coarser surface and fewer balls; one sample of direct light
+/// and one ambient-occlusion ray, smoothed. `draft` applies --draft: a still coarser surface, and
+/// one sample of direct light without noise. Settings of the image other than its size keep the
+/// values that --set (`sets`) gives them.
 void make_preview(Scene& scene, const std::vector<std::string>& sets, bool draft) {
   for (ActorSettings& actor : scene.actors)
     for_each_object(actor, [&](ObjectSettings& object) { make_coarse(scene, object.spheres); });
@@ -31,11 +31,14 @@ void make_preview(Scene& scene, const std::vector<std::string>& sets, bool draft
   const auto is_not_set = [&](std::string_view key) {
     return std::ranges::none_of(sets, [&](const std::string& set) { return set.starts_with(key); });
   };
-  if (is_not_set("image.samples="))
-    scene.image.samples = std::min(scene.image.samples, draft ? 1 : 2);
   if (is_not_set("image.noise=")) scene.image.noise = 0;
   if (is_not_set("image.max_depth=")) scene.image.max_depth = draft ? 0 : 1;
   if (is_not_set("image.smooth=")) scene.image.smooth = !draft;
+  // What a lens or a shutter blurs is not smoothed.
+  const bool smoothed =
+      scene.image.smooth && !(scene.camera.aperture > 0) && !(scene.camera.shutter > 0);
+  if (is_not_set("image.samples="))
+    scene.image.samples = std::min(scene.image.samples, draft || smoothed ? 1 : 2);
   if (draft && is_not_set("image.denoise=")) scene.image.denoise = false;
   const int resolution = scene.surface.resolution / 2;  // 8 is the minimum (scene/describe.h)
   scene.surface.resolution = std::max(8, draft ? resolution * 3 / 4 : resolution);

@@ -127,6 +127,7 @@ void add_part_attributes(const SampleRange& part, const std::vector<std::string>
 struct Renderer::State {
   RayDevice device;
   PixelFilter filter = make_pixel_filter(kFilterRadius);
+  PixelFilter center_filter = make_pixel_filter(/*radius=*/0);  ///< all rays through pixel centres
   SkyKey sky_key;
   Sky sky;
   std::optional<Denoiser> denoiser;  ///< opened for the first image that uses it
@@ -238,6 +239,10 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   job.image = image;
   job.sampler = make_frame_sampler(image.seed, settings.frame, image.samples, image.steady);
   const bool smooth = is_smoothed(image, scene.camera);
+  // If a pixel has only one sample and is smoothed, the sample is that of the pixel's centre, whose
+  // hit is known from the AOVs. On silhouettes smooth_noise() mixes neighbouring pixels anyway.
+  job.samples_centers = smooth && image.samples == 1;
+  if (job.samples_centers) job.camera.filter = &state.center_filter;
   job.aovs = choose_aovs(smooth ? layers_to_smooth(image.aovs) : image.aovs);
   const Mattes mattes(image.aovs, scene);
   job.mattes = &mattes;

@@ -240,7 +240,10 @@ class Tile {
   /// them: mattes and guides, and the light unless a GPU has traced it.
   void flush() {
     check_interruption();  // a tile of many samples takes seconds
-    for (int first = 0; first < wave_.count; first += kLanes) make_camera_rays(first);
+    if (job_.samples_centers)
+      copy_centers();
+    else
+      for (int first = 0; first < wave_.count; first += kLanes) make_camera_rays(first);
     if (needs_first_hits(job_)) add_mattes_and_guides();
     if (!job_.device_film) trace_wave();
     wave_.count = 0;
@@ -296,6 +299,31 @@ class Tile {
     const Guide guide = trace_guide(job_.world, ray, intersection, stats_);
     guides_[pixel].block().add({guide.albedo, guide.normal});
     if (is_last_of_block) guides_[pixel].end_block(block_index(path));
+  }
+
+  /// Copies the rays through the pixels' centres, and their intersections, to the wave. Its paths
+  /// are those of the tile's pixels, in order.
+  void copy_centers() {
+    static_assert(kPixels <= Wavefront::kMax);
+    wave_.is_intersected = true;
+    Ray unused_ray;  // receives the lanes beyond the tile's right edge
+    IntersectionRow unused_intersection;
+    for (int y = 0; y < height_; ++y)
+      for (int k = 0; k * kLanes < width_; ++k) {
+        Pack columns[kLanes] = {};
+        float *rays[kLanes], *intersections[kLanes];
+        for (int l = 0; l < kLanes; ++l) {
+          const int x = k * kLanes + l, path = y * width_ + x;
+          rays[l] = x < width_ ? &wave_.rays[path].origin.x : &unused_ray.origin.x;
+          intersections[l] = reinterpret_cast<float*>(x < width_ ? &wave_.intersections[path]
+                                                                 : &unused_intersection);
+        }
+        static_assert(sizeof centers_[y].rays[k] == sizeof columns);
+        std::memcpy(columns, &centers_[y].rays[k], sizeof columns);
+        store_rows<kLanes>(columns, rays);
+        std::memcpy(columns, &centers_[y].intersections[k], sizeof centers_[y].intersections[k]);
+        store_rows<kLanes>(columns, intersections);
+      }
   }
 
   /// Makes the camera rays of the wave's paths [first, first + 8).

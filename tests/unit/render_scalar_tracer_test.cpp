@@ -167,6 +167,17 @@ TEST(ScalarTracer, TexturesOfCodesAndOfFloatsHaveTheSameBits) {
   }
 }
 
+TEST(ScalarTracer, SmoothedCentersHaveTheSameBits) {
+  const BallOnFloor studio;
+  RenderSettings settings = small_settings(/*samples=*/1);
+  settings.image.width = 45;  // the last tile is narrower than a tile, and not whole packs
+  settings.image.smooth = true;
+  for (const int depth : {1, 4}) {
+    settings.image.max_depth = depth;
+    expect_same_bits(studio.scene, settings);
+  }
+}
+
 TEST(ScalarTracer, EmptyScenesAndSingleTrianglesAreTraced) {
   expect_same_bits(furnace(), small_settings());
   RenderScene scene = furnace();

@@ -188,6 +188,13 @@ TEST(Smooth, ARenderedImageComesNearToOneOfManySamples) {
   settings.image.samples = 256;
   const Image many = render_or_fail(stage.scene, settings);
   EXPECT_LT(rms(smooth, many), 0.6 * rms(noisy, many));
+  // A single sample is that of the pixel's centre, whose ray the guides have cast.
+  settings.image.samples = 1;
+  settings.image.smooth = true;
+  Renderer renderer = *Renderer::create();
+  EXPECT_LT(rms(*renderer.render(stage.scene, settings), many), 0.6 * rms(noisy, many));
+  const Image sky = *renderer.render(furnace(), settings);
+  EXPECT_EQ(renderer.stats().rays, static_cast<std::uint64_t>(sky.width * sky.height));
   // A lens blurs what the guides show sharp.
   RenderScene blurred = stage.scene;
   blurred.camera.lens_radius = 0.1f;

@@ -79,12 +79,6 @@ class Tracer {
   PathLight result(int path) const { return make_result(paths_[path], direct_[path]); }
 
  private:
-  struct IntersectionRow {
-    Intersection intersection;
-    float padding[2];  // load_rows() reads multiples of eight floats
-  };
-  static_assert(sizeof(IntersectionRow) == 8 * sizeof(float));
-
   /// Loads eight entries of a list; beyond its end the last one is repeated.
   PackBits load_row_indices(const PathList& list, int first) const {
     PackBits rows;
@@ -122,6 +116,15 @@ class Tracer {
     return intersection;
   }
 
+  /// Sorts the paths of the lanes `where` by what they hit.
+  void sort_by_hit(const IntersectionOf<Pack>& hits, PackBits rows, PackMask where) {
+    const PackMask on_mesh = where & (hits.mesh.mesh != kNoMesh);
+    const PackMask on_floor = where & !on_mesh & (hits.floor < kInfinity);
+    meshes_.add(rows, on_mesh);
+    floors_.add(rows, on_floor);
+    escaped_.add(rows, where & !on_mesh & !on_floor);
+  }
+
   /// Stores the intersections of the lanes `where`.
   void store_intersection(const IntersectionOf<Pack>& intersection, PackBits rows, PackMask where) {
     Pack columns[8] = {};
@@ -157,6 +160,14 @@ class Tracer {
       const std::uint32_t row = active_.items[i];
       (paths_[row].depth_left > 0 ? to_intersect : depth_limit_).add(row);
     }
+    if (depth_ == 1 && wave_.is_intersected) {
+      intersections_ = wave_.intersections;
+      for (int first = 0; first < to_intersect.count; first += kLanes) {
+        const PackBits rows = load_row_indices(to_intersect, first);
+        sort_by_hit(load_intersection(rows), rows, first_lanes(to_intersect.count - first));
+      }
+      return;
+    }
     for (int first = 0; first < to_intersect.count; first += kPacket) {
       const int count = std::min(kPacket, to_intersect.count - first);
       RayOf<Pack3> rays[2];
@@ -171,11 +182,7 @@ class Tracer {
         const IntersectionOf<Pack>& hits = intersections[k / kLanes];
         const PackMask live = first_lanes(count - k);
         store_intersection(hits, rows[k / kLanes], live);
-        const PackMask on_mesh = live & (hits.mesh.mesh != kNoMesh);
-        const PackMask on_floor = live & !on_mesh & (hits.floor < kInfinity);
-        meshes_.add(rows[k / kLanes], on_mesh);
-        floors_.add(rows[k / kLanes], on_floor);
-        escaped_.add(rows[k / kLanes], live & !on_mesh & !on_floor);
+        sort_by_hit(hits, rows[k / kLanes], live);
       }
     }
   }

@@ -30,14 +30,23 @@ PM_HD inline PathLight make_result(const PathRow& path, Vec3 direct) {
   return {/*radiance=*/{}, /*alpha=*/0, light.alpha, luminance(radiance), path.unlit};
 }
 
+/// An intersection as a row of floats; load_rows() reads multiples of eight.
+struct IntersectionRow {
+  Intersection intersection;
+  float padding[2];
+};
+static_assert(sizeof(IntersectionRow) == 8 * sizeof(float));
+
 /// Camera rays whose paths are traced together, and their light.
 struct Wavefront {
   static constexpr int kMax = 512;  ///< maximum number of rays
   int count = 0;
-  std::array<Ray, kMax> rays;               ///< `far` is ignored
-  std::array<std::uint32_t, kMax> samples;  ///< SampleIndex::reversed of each ray
-  std::uint32_t sequence = 0;               ///< SampleIndex::sequence of all rays
-  std::array<PathLight, kMax> path_lights;  ///< filled by trace()
+  std::array<Ray, kMax> rays;                       ///< `far` is ignored
+  std::array<std::uint32_t, kMax> samples;          ///< SampleIndex::reversed of each ray
+  std::uint32_t sequence = 0;                       ///< SampleIndex::sequence of all rays
+  bool is_intersected = false;                      ///< whether `intersections` are known
+  std::array<IntersectionRow, kMax> intersections;  ///< closest ones of the rays
+  std::array<PathLight, kMax> path_lights;          ///< filled by trace()
 };
 
 /// Traces the light along the wavefront's rays. Vertex v of a path draws the sampler's set 1 + v.
