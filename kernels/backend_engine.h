@@ -11,7 +11,7 @@
 //   kManyRoots, kHostMemory; for_each(), for_teams(), scan();
 //   Buffer<T> with resize() and fit(); upload(), download(), output(), queue_download();
 //   start_frame(), everything_fitted(), finish_frame(); pass_times(), memory_used();
-//   and, if kHostMemory is true, grow() and threads().
+//   and grow() and threads() if kHostMemory is true, else fetch_totals() and written().
 // If memory runs out or a device fails, a backend throws EngineFailure or std::bad_alloc;
 // BackendEngine converts both to a status.
 //
@@ -66,7 +66,7 @@ class BackendEngine final : public Engine {
       clear(mesh);
       return status;
     }
-    return extract_checked(std::move(status), mesh, [&] {
+    return extract_checked(std::move(status), mesh, settings.time_passes, [&] {
       with_field(set.balls(), settings.field, [&](auto field) {
         extract_balls<B, decltype(field)>(work_, set, grid, settings, mesh);
       });
@@ -77,7 +77,7 @@ class BackendEngine final : public Engine {
                        const ExtractSettings& settings, Mesh& mesh) override {
     EngineStatus status = check_morph_surface(surface, settings);
     if (status.code == EngineCode::kOk) status = check_grid(grid);
-    return extract_checked(std::move(status), mesh,
+    return extract_checked(std::move(status), mesh, settings.time_passes,
                            [&] { extract_morph(work_, surface, grid, settings, mesh); });
   }
 
@@ -85,7 +85,7 @@ class BackendEngine final : public Engine {
                        const ExtractSettings& settings, Mesh& mesh) override {
     EngineStatus status = check_distance_surface(object.get(), settings);
     if (status.code == EngineCode::kOk) status = check_grid(grid);
-    return extract_checked(std::move(status), mesh,
+    return extract_checked(std::move(status), mesh, settings.time_passes,
                            [&] { extract_distances(work_, object, grid, settings, mesh); });
   }
 
@@ -94,7 +94,7 @@ class BackendEngine final : public Engine {
     values.assign(points.size(), 0.0f);
     EngineStatus status = check_input(set.balls(), settings);
     if (status.code != EngineCode::kOk || set.empty() || points.empty()) return status;
-    return run_guarded([&] {
+    return run_guarded(settings.time_passes, [&] {
       with_field(set.balls(), settings.field, [&](auto field) {
         sample_balls<B, decltype(field)>(work_, set, points, settings, values);
       });
@@ -117,7 +117,8 @@ class BackendEngine final : public Engine {
       }
     }
     if (count == 0) return {};
-    return run_guarded([&] { balls = polymorph::move_balls(work_, paths, state, eased_times); });
+    return run_guarded(/*time_passes=*/false,
+                       [&] { balls = polymorph::move_balls(work_, paths, state, eased_times); });
   }
 
   EngineStatus interpolate(const BallSet& set, const std::vector<BallAttribute>& attributes,
@@ -135,7 +136,7 @@ class BackendEngine final : public Engine {
       values.clear();
       return status;
     }
-    return run_guarded([&] {
+    return run_guarded(settings.time_passes, [&] {
       values.resize(maps * points.size());
       with_field(set.balls(), settings.field, [&](auto field) {
         interpolate_balls<B, decltype(field)>(work_, set, attributes, points, settings, values);
@@ -149,7 +150,8 @@ class BackendEngine final : public Engine {
     values.clear();
     const EngineStatus status = check_regression(*regression);
     if (status.code != EngineCode::kOk || points.empty()) return status;
-    return run_guarded([&] { sample_map(work_, regression, points, values); });
+    return run_guarded(/*time_passes=*/false,
+                       [&] { sample_map(work_, regression, points, values); });
   }
 
   void limit_memory(std::size_t bytes) override { max_memory_ = bytes; }
@@ -160,8 +162,9 @@ class BackendEngine final : public Engine {
   /// Runs passes that extract into `mesh`, unless the check of their input failed with `status`.
   /// Clears the mesh after any failure.
   template <class Passes>
-  EngineStatus extract_checked(EngineStatus status, Mesh& mesh, const Passes& passes) {
-    if (status.code == EngineCode::kOk) status = run_guarded(passes);
+  EngineStatus extract_checked(EngineStatus status, Mesh& mesh, bool time_passes,
+                               const Passes& passes) {
+    if (status.code == EngineCode::kOk) status = run_guarded(time_passes, passes);
     if (status.code != EngineCode::kOk) clear(mesh);
     return status;
   }
@@ -173,9 +176,9 @@ class BackendEngine final : public Engine {
 
   /// Runs passes and converts what the backend throws to a status.
   template <class Passes>
-  EngineStatus run_guarded(const Passes& passes) {
+  EngineStatus run_guarded(bool time_passes, const Passes& passes) {
     try {
-      work_.backend.start_frame(max_memory_);
+      work_.backend.start_frame(max_memory_, time_passes);
       passes();
       work_.backend.finish_frame();
     } catch (const EngineFailure& failure) {

@@ -105,17 +105,13 @@ class BallPasses {
     using Interpolate = InterpolateAttributes<F, V, kMaps>;
     prepare(/*shape=*/{});
     const auto n = static_cast<std::int64_t>(points.size());
-    const Offsets team_total = {(n + Interpolate::kRun - 1) / Interpolate::kRun, 0};
-    // for_teams() reads the number of teams from backend memory.
-    const View<Offsets> team_count = work_.totals_buffer.resize(backend_, kMeshTotal + 1);
     const View<BallAttribute> uploaded =
         work_.attributes.resize(backend_, static_cast<std::int64_t>(attributes.size()));
     const View<Vec3> at = work_.points.resize(backend_, n);
     const View<AttributeValues> out = work_.attribute_values.resize(backend_, kMaps * n);
-    backend_.upload(View<Offsets>{team_count.data, 1}, &team_total);
     backend_.upload(uploaded, attributes.data());
     backend_.upload(at, points.data());
-    backend_.for_teams(&team_count[0].nodes(), team_total.nodes(),
+    backend_.for_teams((n + Interpolate::kRun - 1) / Interpolate::kRun,
                        Interpolate{at, balls_, all_balls(), uploaded, out}, "interpolate");
     backend_.download(values.data(), out);
   }

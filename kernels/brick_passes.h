@@ -153,14 +153,14 @@ class MeshPasses {
   MeshPasses(Workspace<B>& work, const Grid& grid, const ExtractSettings& settings, Mesh& mesh)
       : work_(work), backend_(work.backend), grid_(grid), settings_(settings), mesh_(mesh) {}
 
-  /// Samples the bricks, numbers their vertices and triangles, and places the vertices of marching
-  /// cubes.
+  /// Samples the bricks, numbers their vertices and triangles, places the vertices of marching
+  /// cubes, and emits the triangles.
   ///
   /// If the host knows the counts, bricks are processed in blocks. A block's values stay in the
   /// caches from one pass to the next, and need no more memory for a finer grid. The values of all
   /// bricks at once would dominate the memory traffic.
   template <class Sample, class Source>
-  void place_bricks(const SampledBricks<Sample, Source>& sampled) {
+  void make_mesh(const SampledBricks<Sample, Source>& sampled) {
     const BrickViews& bricks = sampled.bricks;
     Sample sample = sampled.sample;
     Offsets* total = &work_.totals[kMeshTotal];
@@ -184,22 +184,24 @@ class MeshPasses {
       }
       mesh_.positions.resize(static_cast<std::size_t>(total->vertices()));
       mesh_.normals.resize(static_cast<std::size_t>(total->vertices()));
+      emit(bricks);
     } else {
       backend_.for_teams(bricks.count, bricks.capacity, sample, "sample");
       backend_.scan({bricks.counts.data, bricks.capacity}, bricks.count, bricks.first, total,
                     "number");
-      if (!places_vertices) return;
-      allocate_vertices();
-      backend_.for_teams(bricks.count, bricks.capacity,
-                         place_vertices(sampled.source, bricks, /*begin=*/0), "vertices");
-    }
-  }
-
-  void emit(const BrickViews& bricks) {
-    if (settings_.method == SurfaceMethod::kMatrix) {
-      emit_cubes(bricks);
-    } else {
-      emit_triangles(bricks);
+      // The host needs the totals early for a download. Else they come last, because a copy keeps
+      // the passes around it apart.
+      if (settings_.download) backend_.fetch_totals(work_.totals);
+      // Triangles come first, so that they are downloaded while vertices are placed.
+      emit(bricks);
+      if (settings_.download) backend_.written(Written::kTriangles);
+      if (places_vertices) {
+        allocate_vertices();
+        backend_.for_teams(bricks.count, bricks.capacity,
+                           place_vertices(sampled.source, bricks, /*begin=*/0), "vertices");
+        if (settings_.download) backend_.written(Written::kMesh);
+      }
+      if (!settings_.download) backend_.fetch_totals(work_.totals);
     }
   }
 
@@ -208,16 +210,27 @@ class MeshPasses {
   void download(Offsets sizes) {
     check_vertex_count(sizes.vertices());
     if (!settings_.download) return;
-    backend_.queue_download(mesh_.positions, positions_, sizes.vertices());
+    backend_.queue_download(mesh_.triangles, triangles_, sizes.triangles(), Written::kTriangles);
+    // Cubes have their vertices with their triangles.
+    const Written vertices =
+        settings_.method == SurfaceMethod::kMatrix ? Written::kTriangles : Written::kMesh;
+    backend_.queue_download(mesh_.positions, positions_, sizes.vertices(), vertices);
     if (settings_.flat) {
       mesh_.normals.clear();
     } else {
-      backend_.queue_download(mesh_.normals, normals_, sizes.vertices());
+      backend_.queue_download(mesh_.normals, normals_, sizes.vertices(), vertices);
     }
-    backend_.queue_download(mesh_.triangles, triangles_, sizes.triangles());
   }
 
  private:
+  void emit(const BrickViews& bricks) {
+    if (settings_.method == SurfaceMethod::kMatrix) {
+      emit_cubes(bricks);
+    } else {
+      emit_triangles(bricks);
+    }
+  }
+
   template <class Source>
   PlaceVertices<Source> place_vertices(const Source& source, const BrickViews& bricks,
                                        std::int64_t begin) const {
@@ -264,7 +277,7 @@ class MeshPasses {
 
   /// A CPU emits in blocks, too, because a new piece of the result's memory is cleared when it is
   /// allocated, and is then still in the caches when its triangles are written. 8 times the
-  /// bricks of place_bricks() have about 5 MB of triangles per thread, at 200 triangles per brick.
+  /// bricks of make_mesh() have about 5 MB of triangles per thread, at 200 triangles per brick.
   void emit_triangles(const BrickViews& bricks) {
     const Offsets* total = &work_.totals[kMeshTotal];
     EmitTriangles emit = {/*begin=*/0,     upload_table(work_), bricks.tree,
@@ -313,10 +326,8 @@ void extract_bricks(Workspace<B>& work, const Grid& grid, const ExtractSettings&
   Offsets totals[kMeshTotal + 1];
   MeshPasses<B> passes(work, grid, settings, mesh);
   do {
-    const auto sampled = find();
-    passes.place_bricks(sampled);
-    passes.emit(sampled.bricks);
-    // everything_fitted() also copies the totals to the host.
+    passes.make_mesh(find());
+    // everything_fitted() also gives the totals to the host, as soon as the counting passes end.
   } while (!work.backend.everything_fitted(work.totals, totals));
   passes.download(totals[kMeshTotal]);
 }

@@ -138,6 +138,12 @@ class BasicCpuBackend {
     });
   }
 
+  /// Calls f(team, scratch, i) for i in [0, n), in any order.
+  template <class F>
+  void for_teams(std::int64_t n, const F& f, const char* name) {
+    for_teams(&n, n, f, name);
+  }
+
   /// Sets offsets[i] = start + counts[0] + ... + counts[i - 1] for i < *n, and *total to start plus
   /// the sum of all.
   void scan(View<const Counts> counts, const std::int64_t* n, View<Offsets> offsets, Offsets* total,
@@ -186,11 +192,11 @@ class BasicCpuBackend {
   }
   /// Does nothing, because output() and grow() return the result's own memory.
   template <class T>
-  void queue_download(std::vector<T>&, View<T>, std::int64_t) {}
+  void queue_download(std::vector<T>&, View<T>, std::int64_t, Written) {}
 
   static std::int64_t threads() { return tbb::this_task_arena::max_concurrency(); }
 
-  void start_frame(std::size_t max_memory) {
+  void start_frame(std::size_t max_memory, bool /*time_passes*/) {
     times_.clear();
     results_ = 0;
     max_memory_ = max_memory;

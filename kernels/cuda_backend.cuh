@@ -4,15 +4,18 @@
 
 #include <cuda_runtime.h>
 #include <nvtx3/nvToolsExt.h>
+#include <tbb/task_arena.h>
 #include <tbb/task_group.h>
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <cstring>
 #include <cub/block/block_exchange.cuh>
 #include <cub/block/block_scan.cuh>
 #include <string>
+#include <thread>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -39,9 +42,20 @@ inline void check_cuda(cudaError_t error, const char* doing) {
   if (error != cudaSuccess) throw EngineFailure{cuda_status(error, doing)};
 }
 
+/// Waits until the kernel before this one has ended, and then lets the next one start its blocks
+/// where there is room. Every kernel calls this first, so that one that has passed it may read what
+/// all earlier ones wrote.
+__device__ inline void wait_for_previous_kernel() {
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
+  cudaGridDependencySynchronize();
+  cudaTriggerProgrammaticLaunchCompletion();
+#endif
+}
+
 /// Calls f(i) for i in [0, n) in a grid-stride loop, with any number of blocks.
 template <class F>
-__global__ void run_items(std::int64_t n, F f) {
+__global__ void run_items(std::int64_t n, const __grid_constant__ F f) {
+  wait_for_previous_kernel();
   const std::int64_t stride = static_cast<std::int64_t>(gridDim.x) * blockDim.x;
   for (std::int64_t i = static_cast<std::int64_t>(blockIdx.x) * blockDim.x + threadIdx.x; i < n;
        i += stride) {
@@ -132,13 +146,16 @@ constexpr int kMinTeams = 0;
 template <class F>
 constexpr int kMinTeams<F, std::void_t<decltype(F::kMinTeams)>> = F::kMinTeams;
 
-/// Calls f with one team (block) per item and part. There are *count items; those from `limit` on
-/// do not fit into memory and are left out.
+/// Calls f with one team (block) per item and part. There are *count items (null: `limit` items);
+/// those from `limit` on do not fit into memory and are left out. f stays in constant memory, also
+/// where it is indexed.
 template <class F>
 __global__ void __launch_bounds__(F::kThreads, kMinTeams<F>)
-    run_teams(const std::int64_t* count, std::int64_t limit, int parts, F f) {
+    run_teams(const std::int64_t* count, std::int64_t limit, int parts,
+              const __grid_constant__ F f) {
   __shared__ typename F::Scratch scratch;
-  const std::int64_t n = (*count < limit ? *count : limit) * parts;
+  wait_for_previous_kernel();
+  const std::int64_t n = (count != nullptr && *count < limit ? *count : limit) * parts;
   for (std::int64_t i = blockIdx.x; i < n; i += gridDim.x) {
     f(CudaTeam{}, scratch, i);
     __syncthreads();
@@ -164,6 +181,7 @@ __global__ void __launch_bounds__(kThreads)
     typename Scan::TempStorage scan;
     typename Exchange::TempStorage exchange;
   } storage;
+  wait_for_previous_kernel();
   const std::int64_t n = *count < limit ? *count : limit;
   const auto unpacked = [](Word w) {
     return Offsets{static_cast<std::int64_t>(w >> kShift),
@@ -201,20 +219,28 @@ class CudaBackend {
     // highest priority, blocks of the passes start as soon as a block of the path tracer ends.
     int lowest = 0, highest = 0;
     check_cuda(cudaDeviceGetStreamPriorityRange(&lowest, &highest), "ask for priorities");
-    check_cuda(cudaStreamCreateWithPriority(&stream_, cudaStreamNonBlocking, highest),
-               "create a stream");
+    for (cudaStream_t* stream : {&stream_, &copy_stream_}) {
+      check_cuda(cudaStreamCreateWithPriority(stream, cudaStreamNonBlocking, highest),
+                 "create a stream");
+    }
     check_cuda(cudaDeviceGetAttribute(&processors_, cudaDevAttrMultiProcessorCount, device_),
                "ask for the multiprocessors");
     check_cuda(cudaMallocHost(&staging_, 2 * kStagingBytes), "allocate pinned memory");
     for (cudaEvent_t& event : arrived_)
       check_cuda(cudaEventCreateWithFlags(&event, cudaEventDisableTiming), "create an event");
+    for (cudaEvent_t& event : written_)
+      check_cuda(cudaEventCreateWithFlags(&event, cudaEventDisableTiming), "create an event");
+    overlaps_kernels_ = can_overlap_kernels();
   }
   CudaBackend(CudaBackend&& other) noexcept
       : device_(other.device_),
         processors_(other.processors_),
+        overlaps_kernels_(other.overlaps_kernels_),
         stream_(std::exchange(other.stream_, nullptr)),
+        copy_stream_(std::exchange(other.copy_stream_, nullptr)),
         staging_(std::exchange(other.staging_, nullptr)),
         arrived_(std::exchange(other.arrived_, {})),
+        written_(std::exchange(other.written_, {})),
         marks_(std::move(other.marks_)),
         used_marks_(std::exchange(other.used_marks_, 0)) {}
   CudaBackend(const CudaBackend&) = delete;
@@ -225,7 +251,10 @@ class CudaBackend {
     for (const Mark& mark : marks_) (void)cudaEventDestroy(mark.event);
     for (cudaEvent_t event : arrived_)
       if (event != nullptr) (void)cudaEventDestroy(event);
+    for (cudaEvent_t event : written_)
+      if (event != nullptr) (void)cudaEventDestroy(event);
     if (staging_ != nullptr) (void)cudaFreeHost(staging_);
+    if (copy_stream_ != nullptr) (void)cudaStreamDestroy(copy_stream_);
     if (stream_ != nullptr) (void)cudaStreamDestroy(stream_);
   }
 
@@ -286,10 +315,11 @@ class CudaBackend {
     constexpr std::int64_t kThreads = 128, kMaxBlocks = std::int64_t{1} << 20;
     const std::int64_t needed = (n + kThreads - 1) / kThreads;
     const auto blocks = static_cast<unsigned>(needed < kMaxBlocks ? needed : kMaxBlocks);
-    run_items<<<blocks, static_cast<unsigned>(kThreads), 0, stream_>>>(n, f);
-    check_cuda(cudaGetLastError(), name);
+    launch(run_items<F>, blocks, static_cast<unsigned>(kThreads), name, n, f);
   }
 
+  /// Chunks of the pinned memory for downloads, and pieces of a chunk.
+  static constexpr std::size_t kChunks = 8, kPieces = 16;
   static constexpr bool kHostMemory = false;  ///< whether passes work in the host's memory
   static constexpr bool kManyRoots = true;    ///< whether a tree has many roots, not one
 
@@ -307,17 +337,20 @@ class CudaBackend {
     const std::int64_t max_blocks = std::int64_t{4096} / F::kThreads * processors_;
     const auto blocks =
         static_cast<unsigned>(limit * parts < max_blocks ? limit * parts : max_blocks);
-    run_teams<<<blocks, static_cast<unsigned>(F::kThreads), 0, stream_>>>(count, limit, parts, f);
-    check_cuda(cudaGetLastError(), name);
+    launch(run_teams<F>, blocks, static_cast<unsigned>(F::kThreads), name, count, limit, parts, f);
+  }
+  /// Calls f(team, scratch, i) for i in [0, n).
+  template <class F>
+  void for_teams(std::int64_t n, const F& f, const char* name) {
+    for_teams(nullptr, n, f, name);
   }
 
   /// Sets offsets[i] = counts[0] + ... + counts[i - 1] for i < *n, and *total to the sum of all.
   void scan(View<const Counts> counts, const std::int64_t* n, View<Offsets> offsets, Offsets* total,
             const char* name) {
     const Scope scope(*this, name);
-    run_scan<kScanThreads>
-        <<<1, kScanThreads, 0, stream_>>>(counts.data, n, counts.size, offsets.data, total);
-    check_cuda(cudaGetLastError(), name);
+    launch(run_scan<kScanThreads>, 1, kScanThreads, name, counts.data, n, counts.size, offsets.data,
+           total);
   }
 
   /// Uploads through pinned memory in chunks: while one is transferred, all host threads copy the
@@ -345,8 +378,9 @@ class CudaBackend {
   template <class T>
   void download(T* to, View<T> from) {
     const Scope scope(*this, "download");
+    written(Written::kMesh);
     downloads_.push_back({reinterpret_cast<char*>(to), reinterpret_cast<const char*>(from.data),
-                          static_cast<std::size_t>(from.size) * sizeof(T)});
+                          static_cast<std::size_t>(from.size) * sizeof(T), Written::kMesh});
     finish_downloads();
   }
   /// Returns the memory into which a pass writes *count elements of a result: device memory, from
@@ -356,17 +390,25 @@ class CudaBackend {
                  std::int64_t guess) {
     return buffer.fit(*this, count, 1, guess);
   }
+  /// Notes that all passes that write a part of the mesh have been launched.
+  void written(Written part) {
+    check_cuda(cudaEventRecord(written_[static_cast<std::size_t>(part)], stream_), "download");
+  }
   /// Resizes a result to n elements, which finish_frame() downloads with those of other results.
+  /// `part`: what must have been written before.
   template <class T>
-  void queue_download(std::vector<T>& to, View<T> from, std::int64_t n) {
+  void queue_download(std::vector<T>& to, View<T> from, std::int64_t n, Written part) {
     to.resize(static_cast<std::size_t>(n));
     downloads_.push_back({reinterpret_cast<char*>(to.data()),
                           reinterpret_cast<const char*>(from.data),
-                          static_cast<std::size_t>(n) * sizeof(T)});
+                          static_cast<std::size_t>(n) * sizeof(T), part});
   }
 
-  void start_frame(std::size_t max_memory) {
+  /// `time_passes`: whether pass_times() will be asked. Measuring keeps each pass from starting
+  /// before the one before it has ended.
+  void start_frame(std::size_t max_memory, bool time_passes) {
     check_cuda(cudaSetDevice(device_), "select the device");
+    times_passes_ = time_passes;
     used_marks_ = 0;
     fits_.clear();
     downloads_.clear();
@@ -374,16 +416,21 @@ class CudaBackend {
     max_memory_ = max_memory;
   }
 
-  /// Waits for the passes, and enlarges every buffer whose count exceeds its capacity. Returns true
-  /// if there was none. `totals` holds all counts that were given to fit(); it is copied to
-  /// `known`.
+  /// Begins to copy the totals to the host, when the passes that count have been launched.
+  void fetch_totals(View<Offsets> totals) {
+    const auto bytes = static_cast<std::size_t>(totals.size) * sizeof(Offsets);
+    check_cuda(cudaEventRecord(arrived_[0], stream_), "fetch the counts");
+    check_cuda(cudaStreamWaitEvent(copy_stream_, arrived_[0]), "fetch the counts");
+    check_cuda(cudaMemcpyAsync(staging_, totals.data, bytes, cudaMemcpyDeviceToHost, copy_stream_),
+               "fetch the counts");
+  }
+  /// Waits for the totals, but not for the passes that write the mesh, and enlarges every buffer
+  /// whose count exceeds its capacity. Returns true if there was none. `totals` holds all counts
+  /// that were given to fit(); it is copied to `known`.
   bool everything_fitted(View<Offsets> totals, Offsets* known) {
     mark(kNoPass);
-    const auto bytes = static_cast<std::size_t>(totals.size) * sizeof(Offsets);
-    check_cuda(cudaMemcpyAsync(staging_, totals.data, bytes, cudaMemcpyDeviceToHost, stream_),
-               "fetch the counts");
-    check_cuda(cudaStreamSynchronize(stream_), "fetch the counts");
-    std::memcpy(known, staging_, bytes);
+    check_cuda(cudaStreamSynchronize(copy_stream_), "fetch the counts");
+    std::memcpy(known, staging_, static_cast<std::size_t>(totals.size) * sizeof(Offsets));
     bool fitted = true;
     for (const Fit& fit : fits_) {
       const std::int64_t index = fit.count - &totals.data->a;
@@ -403,9 +450,7 @@ class CudaBackend {
       const Scope scope(*this, "download");
       finish_downloads();
     }
-    // After everything_fitted() there is nothing to wait for, unless a mesh was downloaded.
-    if (std::strcmp(marks_[used_marks_ - 1].name, kNoPass) == 0) return;
-    mark(kNoPass);
+    if (used_marks_ > 0 && std::strcmp(marks_[used_marks_ - 1].name, kNoPass) != 0) mark(kNoPass);
     check_cuda(cudaStreamSynchronize(stream_), "finish the frame");
   }
   /// Returns the times of the last frame; only this call reads them from the device.
@@ -424,6 +469,35 @@ class CudaBackend {
   }
 
  private:
+  /// Whether the device and this program's code for it have what wait_for_previous_kernel() needs.
+  bool can_overlap_kernels() const {
+    int major = 0;
+    cudaFuncAttributes code = {};
+    check_cuda(cudaDeviceGetAttribute(&major, cudaDevAttrComputeCapabilityMajor, device_),
+               "ask for the architecture");
+    if (cudaFuncGetAttributes(&code, run_scan<kScanThreads>) != cudaSuccess) {
+      (void)cudaGetLastError();  // the program has no code for this device (make_cuda_engine())
+      return false;
+    }
+    return major >= 9 && code.ptxVersion >= 90;
+  }
+  /// Launches a kernel on the stream. If possible, its blocks start while the last ones of the
+  /// kernel before it run, which saves most of the time between two kernels.
+  template <class... Parameters, class... Arguments>
+  void launch(void (*kernel)(Parameters...), unsigned blocks, unsigned threads, const char* name,
+              const Arguments&... arguments) {
+    cudaLaunchAttribute overlap = {};
+    overlap.id = cudaLaunchAttributeProgrammaticStreamSerialization;
+    overlap.val.programmaticStreamSerializationAllowed = 1;
+    cudaLaunchConfig_t config = {};
+    config.gridDim = dim3(blocks);
+    config.blockDim = dim3(threads);
+    config.stream = stream_;
+    config.attrs = &overlap;
+    config.numAttrs = overlaps_kernels_ ? 1 : 0;
+    check_cuda(cudaLaunchKernelEx(&config, kernel, Parameters(arguments)...), name);
+  }
+
   /// An event on the stream, and the pass that begins there; kNoPass where a frame ends.
   struct Mark {
     const char* name;
@@ -447,6 +521,7 @@ class CudaBackend {
   };
 
   void mark(const char* name) {
+    if (!times_passes_) return;
     if (used_marks_ == marks_.size()) {
       Mark mark = {name, nullptr};
       check_cuda(cudaEventCreate(&mark.event), "create a timer");
@@ -457,57 +532,112 @@ class CudaBackend {
     ++used_marks_;
   }
 
-  /// Bytes to copy from the device to the host.
+  /// Bytes to copy from the device to the host, after the passes of `part`.
   struct Download {
     char* to;
     const char* from;
     std::size_t bytes;
+    Written part;
   };
-  /// Copies downloads_ in chunks, which all host threads copy out of pinned memory as they arrive.
-  /// That memory is a ring of kBatches batches of chunks: while the chunks of one are copied, those
-  /// of the next ones are transferred.
+  /// Copies downloads_ in chunks through a ring of pinned memory. This thread starts transfers and
+  /// waits for them; other threads, which are woken once for the whole frame, copy what has arrived
+  /// out of the ring.
   void finish_downloads() {
     const std::vector<Download> chunks = split_downloads();
-    std::array<tbb::task_group, kBatches> copies;
-    const auto for_batch = [&](std::size_t batch, const auto& f) {
-      const std::size_t end = std::min((batch + 1) * kBatchChunks, chunks.size());
-      for (std::size_t i = batch * kBatchChunks; i < end; ++i) {
-        const std::size_t slot = i % (kBatches * kBatchChunks);
-        f(chunks[i], staging_ + slot * kChunkBytes, arrived_[slot]);
-      }
-    };
-    const auto start_transfers = [&](std::size_t batch) {
-      copies[batch % kBatches].wait();  // of the ring's last round
-      for_batch(batch, [&](const Download& chunk, char* pinned, cudaEvent_t arrived) {
-        check_cuda(
-            cudaMemcpyAsync(pinned, chunk.from, chunk.bytes, cudaMemcpyDeviceToHost, stream_),
-            "download");
-        check_cuda(cudaEventRecord(arrived, stream_), "download");
-      });
-    };
-    // If anything below throws, the groups' destructors wait for the tasks that still copy.
-    for (std::size_t batch = 0; batch + 1 < kBatches; ++batch) start_transfers(batch);
-    for (std::size_t batch = 0; batch * kBatchChunks < chunks.size(); ++batch) {
-      for_batch(batch, [&](const Download& chunk, const char* pinned, cudaEvent_t arrived) {
-        check_cuda(cudaEventSynchronize(arrived), "download");
-        copies[batch % kBatches].run([=] { parallel_copy(chunk.to, pinned, chunk.bytes); });
-      });
-      start_transfers(batch + kBatches - 1);
-    }
-    for (tbb::task_group& group : copies) group.wait();
     downloads_.clear();
+    RingCopies ring(chunks, staging_);
+    const auto workers = std::min<std::size_t>(
+        kCopyThreads, static_cast<std::size_t>(tbb::this_task_arena::max_concurrency()));
+    // If anything below throws, `stop` ends the tasks, and the group's destructor waits for them.
+    tbb::task_group tasks;
+    const Stop stop{ring};
+    std::size_t started = 0;
+    int last_part = -1;
+    for (std::size_t arrived = 0; arrived < chunks.size();) {
+      for (; started < chunks.size() && ring.has_slot(started); ++started) {
+        const Download& chunk = chunks[started];
+        if (static_cast<int>(chunk.part) != last_part) {
+          last_part = static_cast<int>(chunk.part);
+          check_cuda(
+              cudaStreamWaitEvent(copy_stream_, written_[static_cast<std::size_t>(chunk.part)]),
+              "download");
+        }
+        check_cuda(cudaMemcpyAsync(ring.slot(started), chunk.from, chunk.bytes,
+                                   cudaMemcpyDeviceToHost, copy_stream_),
+                   "download");
+        check_cuda(cudaEventRecord(arrived_[started % kChunks], copy_stream_), "download");
+      }
+      if (arrived == 0) {
+        for (std::size_t i = 1; i < workers; ++i) tasks.run([&ring] { ring.copy_until_end(); });
+      }
+      if (arrived < started) {
+        check_cuda(cudaEventSynchronize(arrived_[arrived % kChunks]), "download");
+        ring.publish(++arrived);
+      }
+      // The ring is full: this thread helps.
+      if (arrived == started) ring.copy_one();
+    }
+    while (ring.copy_one()) {
+    }
+    tasks.wait();
   }
+  /// The ring of finish_downloads(): chunk i takes slot i % kChunks, and is copied in kPieces
+  /// pieces, so that several threads share the last one.
+  class RingCopies {
+   public:
+    RingCopies(const std::vector<Download>& chunks, char* memory)
+        : chunks_(chunks), memory_(memory) {}
+    char* slot(std::size_t chunk) const { return memory_ + chunk % kChunks * kChunkBytes; }
+    /// Tests whether the chunk's slot is free, because all chunks before in it have been copied.
+    bool has_slot(std::size_t chunk) const {
+      return copied_[chunk % kChunks].load(std::memory_order_acquire) == chunk / kChunks * kPieces;
+    }
+    /// Says how many chunks have arrived.
+    void publish(std::size_t arrived) { arrived_.store(arrived, std::memory_order_release); }
+    /// Copies the next piece of a chunk that has arrived. Returns false if there is none.
+    bool copy_one() {
+      std::size_t piece = next_.load(std::memory_order_relaxed);
+      do {
+        if (piece / kPieces >= arrived_.load(std::memory_order_acquire)) return false;
+      } while (!next_.compare_exchange_weak(piece, piece + 1));
+      const std::size_t chunk = piece / kPieces, part = piece % kPieces;
+      const std::size_t bytes = chunks_[chunk].bytes;
+      const std::size_t begin = bytes * part / kPieces, end = bytes * (part + 1) / kPieces;
+      std::memcpy(chunks_[chunk].to + begin, slot(chunk) + begin, end - begin);
+      copied_[chunk % kChunks].fetch_add(1, std::memory_order_release);
+      return true;
+    }
+    /// Copies until all chunks are copied or stop() is called.
+    void copy_until_end() {
+      while (!stopped_.load(std::memory_order_relaxed) &&
+             next_.load(std::memory_order_relaxed) < kPieces * chunks_.size()) {
+        if (!copy_one()) std::this_thread::yield();
+      }
+    }
+    void stop() { stopped_ = true; }
+
+   private:
+    const std::vector<Download>& chunks_;
+    char* memory_;
+    std::atomic<std::size_t> arrived_ = 0, next_ = 0;            ///< chunks; pieces
+    std::array<std::atomic<std::size_t>, kChunks> copied_ = {};  ///< pieces, per slot
+    std::atomic<bool> stopped_ = false;
+  };
+  struct Stop {
+    RingCopies& ring;
+    ~Stop() { ring.stop(); }
+  };
   /// Splits downloads_ into chunks, and small ones into small chunks, so that copying begins early.
   std::vector<Download> split_downloads() const {
     std::size_t total = 0;
     for (const Download& download : downloads_) total += download.bytes;
-    const std::size_t size = std::clamp(total / 8 / 64 * 64, kChunkBytes / 4, kChunkBytes);
+    const std::size_t size = std::clamp(total / 6 / 64 * 64, kChunkBytes / 8, kChunkBytes);
     std::vector<Download> chunks;
     for (Download remaining : downloads_) {
       while (remaining.bytes > 0) {
         const std::size_t bytes = std::min(remaining.bytes, size);
-        chunks.push_back({remaining.to, remaining.from, bytes});
-        remaining = {remaining.to + bytes, remaining.from + bytes, remaining.bytes - bytes};
+        chunks.push_back({remaining.to, remaining.from, bytes, remaining.part});
+        remaining.to += bytes, remaining.from += bytes, remaining.bytes -= bytes;
       }
     }
     return chunks;
@@ -533,15 +663,17 @@ class CudaBackend {
   static constexpr const char* kNoPass = "";
   /// Bytes of pinned memory for downloads, and the same number again for uploads.
   static constexpr std::size_t kStagingBytes = std::size_t{16} << 20;
-  static constexpr std::size_t kBatches = 4, kBatchChunks = 4;
-  static constexpr std::size_t kChunkBytes = kStagingBytes / (kBatches * kBatchChunks);
+  static constexpr std::size_t kChunkBytes = kStagingBytes / kChunks;
+  /// Threads that copy out of pinned memory: one copies a fifth of what the bus transfers.
+  static constexpr std::size_t kCopyThreads = 8;
 
   int device_ = 0, processors_ = 1;
-  cudaStream_t stream_ = nullptr;
+  bool overlaps_kernels_ = false, times_passes_ = false;
+  cudaStream_t stream_ = nullptr, copy_stream_ = nullptr;  ///< of the passes; of downloads
   char* staging_ = nullptr;  ///< pinned memory: kStagingBytes for downloads, then for uploads
-  std::array<cudaEvent_t, kBatches* kBatchChunks> arrived_ =
-      {};                            ///< per chunk of the memory for downloads
-  std::vector<Download> downloads_;  ///< not yet started
+  std::array<cudaEvent_t, kChunks> arrived_ = {};  ///< per chunk of the memory for downloads
+  std::array<cudaEvent_t, 2> written_ = {};        ///< per value of Written
+  std::vector<Download> downloads_;                ///< not yet started
   std::vector<Fit> fits_;
   /// Bytes of the buffers, their limit (0: none), and the bytes that uploads have staged so far.
   std::size_t used_ = 0, max_memory_ = 0, staged_bytes_ = 0;

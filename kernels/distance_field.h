@@ -32,6 +32,7 @@ PM_HD V smoothstep_slope(V t) {
 /// An object's detail is the difference between its distances and smoothed distances, which are
 /// optional. A morph fades it in and out (morph_field.h).
 struct DistanceField {
+  static constexpr bool kHasHalves = false;  // level_set.h
   Vec3 origin;
   float cell = 1, inv_cell = 1;
   Vec3 last;                        ///< points - 1 along each axis
@@ -349,6 +350,7 @@ struct DistanceField {
 
 /// Bounds of a DistanceField (level_set.h) by its Lipschitz constant.
 struct DistanceBounds {
+  static constexpr bool kHasHalves = false;  // level_set.h
   struct Local {};
   DistanceField field;
   float lipschitz = 1;

@@ -15,9 +15,12 @@
 //   crossing_boxes(middles, half, local, has_rim): a mask of lanes. Bit l is set if the surface can
 //     cross the box of half sides `half` around middle l. With has_rim it is set if a point of that
 //     box can be inside, because the rim around the grid is outside (tree.h)
+// If kHasHalves is true, both also have half(o), o = 0 or 1: an object with the same functions for
+// float, which two neighbouring threads of a GPU call together (MorphField::Half).
 #pragma once
 
 #include <cstdint>
+#include <type_traits>
 
 #include "bricks.h"
 #include "field.h"
@@ -28,15 +31,23 @@
 
 namespace polymorph {
 
+/// Whether two threads of a team share each point of a Field or each box of its bounds. A CPU's
+/// thread is a team of its own.
+template <class Team, class FieldOrBounds>
+constexpr bool kHalves = FieldOrBounds::kHasHalves && (Team::kGroup > 1);
+
 /// Finds the children of a node that the surface can cross, and marks them in Node::children.
 /// Team::kParts teams share a node, as in ClassifyChildren (tree.h).
 template <class Bounds>
 struct ClassifyNodes {
-  static constexpr int kThreads = 128;
+  static constexpr int kThreads = 128, kMinTeams = 8;
   struct Scratch {
     /// Per child of a team: the bounds in its box, and whether the surface can cross that box.
     typename Bounds::Local local[kChildren];
     bool crosses[kChildren];
+    /// Where two threads share a box: the children that it can cross, whose elements of `local`
+    /// have the same order.
+    int crossed[kChildren], crossed_count;
   };
   Grid grid;
   Bounds bounds;
@@ -48,32 +59,60 @@ struct ClassifyNodes {
   PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t item) const {
     constexpr int kChildrenPerTeam = kChildren / Team::kParts;
     const std::int64_t p = item / Team::kParts;
-    const int begin = static_cast<int>(item % Team::kParts) * kChildrenPerTeam;
+    const auto part = static_cast<int>(item % Team::kParts);
     const Node parent = parents[p];
-    std::uint64_t candidates = ~std::uint64_t{0};
-    // A CPU tests children a pack at a time before it tests each alone. A GPU's threads test many
-    // children at once anyway.
-    if constexpr (Lanes<typename Team::V>::kCount > 1)
-      candidates = find_candidates(team, parent.at);
-    team.each(kChildrenPerTeam, [&](int i) {
-      const Int3 at = child_position(parent.at, begin + i);
-      const bool is_candidate = (candidates >> (begin + i) & 1u) != 0 && exists(at);
-      scratch.crosses[i] = is_candidate && can_cross(team, at, scratch.local[i]);
-    });
-    team.sync();
-    // A group tests a child, because few children are left.
-    team.each_group(kChildrenPerTeam, [&](int i) {
-      if (!scratch.crosses[i]) return;
-      const int child = begin + i;
+    // A group tests a child's blocks, because few children are left.
+    const auto keep_child = [&](int child, const typename Bounds::Local& local) {
       const bool keep = level.cells > kBrickCells ||
-                        can_cross_blocks(team, child_position(parent.at, child), scratch.local[i]);
+                        can_cross_blocks(team, child_position(parent.at, child), local);
       if (!keep || !team.leads_group()) return;
       team.add(parents[p].children, std::uint64_t{1} << child);
       team.add(counts[p].nodes(), 1u);
-    });
+    };
+    if constexpr (kHalves<Team, Bounds>) {
+      static_assert(2 * kChildrenPerTeam == Team::kGroup && Team::kParts == kBranching);
+      // Two neighbouring threads of the first group test a child together, each by one object.
+      team.each(2 * kChildrenPerTeam, [&](int thread) {
+        const int child = child_of_part(part, thread / 2);
+        const Int3 at = child_position(parent.at, child);
+        typename Bounds::Local local;
+        const bool crosses = can_cross(team, bounds.half(thread % 2), at, local) && exists(at);
+        std::int64_t count = 0;
+        team.append(crosses && thread % 2 == 0 ? 1u : 0u, &count, [&](std::int64_t slot) {
+          scratch.crossed[slot] = child;
+          scratch.local[slot] = local;
+        });
+        scratch.crossed_count = static_cast<int>(count);
+      });
+      team.sync();
+      team.each_group(scratch.crossed_count,
+                      [&](int i) { keep_child(scratch.crossed[i], scratch.local[i]); });
+    } else {
+      const int begin = part * kChildrenPerTeam;
+      std::uint64_t candidates = ~std::uint64_t{0};
+      // A CPU tests children a pack at a time before it tests each alone. A GPU's threads test many
+      // children at once anyway.
+      if constexpr (Lanes<typename Team::V>::kCount > 1)
+        candidates = find_candidates(team, parent.at);
+      team.each(kChildrenPerTeam, [&](int i) {
+        const Int3 at = child_position(parent.at, begin + i);
+        const bool is_candidate = (candidates >> (begin + i) & 1u) != 0 && exists(at);
+        scratch.crosses[i] = is_candidate && can_cross(team, bounds, at, scratch.local[i]);
+      });
+      team.sync();
+      team.each_group(kChildrenPerTeam, [&](int i) {
+        if (scratch.crosses[i]) keep_child(begin + i, scratch.local[i]);
+      });
+    }
   }
 
  private:
+  /// Returns child i of the 16 children that a team tests. A surface that is nearly a plane crosses
+  /// about as many children of each part, whatever its direction.
+  PM_HD static int child_of_part(int part, int i) {
+    const int y = i % kBranching, z = i / kBranching, x = (part + 2 * y + z) % kBranching;
+    return x + kBranching * (y + kBranching * z);
+  }
   PM_HD bool exists(Int3 at) const {
     return at.x < level.nodes.x && at.y < level.nodes.y && at.z < level.nodes.z;
   }
@@ -112,40 +151,55 @@ struct ClassifyNodes {
   }
 
   /// Tests one child with the bounds of its own box, which it stores in `local`.
-  template <class Team>
-  PM_HD bool can_cross(const Team& team, Int3 at, typename Bounds::Local& local) const {
+  /// `tested`: the bounds, or the half of this thread.
+  template <class Team, class Tested>
+  PM_HD bool can_cross(const Team& team, const Tested& tested, Int3 at,
+                       typename Bounds::Local& local) const {
     const NodeBox box = node_box(grid, level.cells, /*margin=*/0, at);
     const Vec3 half = 0.5f * (box.high - box.low), middle = box.low + half;
-    local = bounds.local(team, box);
-    return bounds.crossing_boxes(Points<float>{middle.x, middle.y, middle.z}, half, local,
+    local = tested.local(team, box);
+    return tested.crossing_boxes(Points<float>{middle.x, middle.y, middle.z}, half, local,
                                  box.has_rim) != 0;
   }
 
-  /// Tests whether the surface can cross any of the 4^3 equal blocks of a brick. Blocks have
+  /// Tests whether the surface can cross any of the equal blocks of a brick. Blocks have
   /// tighter bounds than the whole brick, so that fewer bricks are sampled.
   template <class Team>
   PM_HD bool can_cross_blocks(const Team& team, Int3 at,
                               const typename Bounds::Local& local) const {
     using V = typename Team::V;
     const NodeBox box = node_box(grid, level.cells, /*margin=*/0, at);
-    constexpr int kBlocksAlongAxis = 4,
+    // With 3^3 blocks a GPU samples more bricks, but in less time than 4^3 blocks take to test.
+    constexpr int kBlocksAlongAxis = kHalves<Team, Bounds> ? 3 : 4,
                   kBlocks = kBlocksAlongAxis * kBlocksAlongAxis * kBlocksAlongAxis,
                   kLanes = Lanes<V>::kCount;
     const Vec3 size = (1.0f / kBlocksAlongAxis) * (box.high - box.low);
-    float any = 0;  // 0 or 1, as a float for group_max()
-    for (int i = static_cast<int>(team.group_rank()); i < kBlocks / kLanes && any == 0;
-         i += static_cast<int>(team.kGroup)) {
+    const auto middles = [&](int first_block) {
       alignas(64) float x[kLanes], y[kLanes], z[kLanes];
       for (int l = 0; l < kLanes; ++l) {
-        const int block = kLanes * i + l;
+        const int block = first_block + l;
         x[l] = box.low.x + size.x * (0.5f + static_cast<float>(block % kBlocksAlongAxis));
         y[l] = box.low.y +
                size.y * (0.5f + static_cast<float>(block / kBlocksAlongAxis % kBlocksAlongAxis));
         z[l] = box.low.z +
                size.z * (0.5f + static_cast<float>(block / (kBlocksAlongAxis * kBlocksAlongAxis)));
       }
-      const Points<V> middles = {Lanes<V>::load(x), Lanes<V>::load(y), Lanes<V>::load(z)};
-      if (bounds.crossing_boxes(middles, 0.5f * size, local, box.has_rim) != 0) any = 1;
+      return Points<V>{Lanes<V>::load(x), Lanes<V>::load(y), Lanes<V>::load(z)};
+    };
+    const auto rank = static_cast<int>(team.group_rank()), threads = static_cast<int>(team.kGroup);
+    float any = 0;  // 0 or 1, as a float for group_max()
+    if constexpr (kHalves<Team, Bounds>) {
+      const auto tested = bounds.half(rank % 2);
+      for (int begin = 0; begin < kBlocks && any == 0; begin += threads / 2) {
+        const int block = begin + rank / 2 < kBlocks ? begin + rank / 2 : kBlocks - 1;
+        if (tested.crossing_boxes(middles(block), 0.5f * size, local, box.has_rim) != 0) any = 1;
+        any = team.group_max(any);  // the whole group ends the loop together
+      }
+    } else {
+      for (int i = rank; i < kBlocks / kLanes && any == 0; i += threads) {
+        if (bounds.crossing_boxes(middles(kLanes * i), 0.5f * size, local, box.has_rim) != 0)
+          any = 1;
+      }
     }
     return team.group_max(any) > 0;
   }
@@ -200,7 +254,8 @@ struct PrepareNodes {
 /// (CountBricks). One team per brick.
 template <class Field>
 struct SampleLevelSet : CountBricks {
-  static constexpr int kThreads = 128;
+  /// With eight teams on a multiprocessor each thread has 64 registers.
+  static constexpr int kThreads = 128, kMinTeams = 8;
   struct Scratch : CountBricks::Scratch {
     typename Field::BrickScratch field;
   };
@@ -226,9 +281,10 @@ struct SampleLevelSet : CountBricks {
 /// Source of PlaceVertices (vertices.h) for a level set. All bricks have the same field.
 template <class Field>
 struct LevelSetVertices {
-  /// About as many threads as a brick has vertices. With eight teams on a multiprocessor each
-  /// thread has 128 registers.
-  static constexpr int kThreads = 64, kMinTeams = 8;
+  /// About as many threads as a brick has vertices, or twice as many where two share one. So many
+  /// teams on a multiprocessor leave each thread 128 or 96 registers.
+  static constexpr int kThreads = Field::kHasHalves ? 128 : 64,
+                       kMinTeams = Field::kHasHalves ? 5 : 8;
   Field field;
   float inv_cell = 1;
 
@@ -237,6 +293,11 @@ struct LevelSetVertices {
   template <class V>
   PM_HD V value(const Points<V>& p) const {
     return field.value(p);
+  }
+  static constexpr bool kHasHalves = Field::kHasHalves;
+  PM_HD auto half(int o) const {
+    const auto field_half = field.half(o);
+    return LevelSetVertices<std::decay_t<decltype(field_half)>>{field_half, inv_cell};
   }
   /// Returns the field's value in cells, which near the surface is nearly the signed distance.
   template <class V>

@@ -207,11 +207,7 @@ SmoothMap compute_map(Workspace<B>& work, const std::shared_ptr<const Regression
   if (regression == work.uploaded_regression) return map;
   work.uploaded_regression.reset();
   const UploadedSamples uploaded = upload_samples(work, *regression);
-  const Offsets team_total = {(nodes + RegressNodes::kNodes - 1) / RegressNodes::kNodes, 0};
-  // for_teams() reads the number of teams from backend memory.
-  const View<Offsets> team_count = work.regress_count.resize(work.backend, 1);
-  work.backend.upload(team_count, &team_total);
-  work.backend.for_teams(&team_count[0].nodes(), team_total.nodes(),
+  work.backend.for_teams((nodes + RegressNodes::kNodes - 1) / RegressNodes::kNodes,
                          RegressNodes{regression->lattice, uploaded.samples, uploaded.values,
                                       regression->sloped, coefficients},
                          "regress");
@@ -251,7 +247,8 @@ View<const Strain> bound_strain(Workspace<B>& work, const MorphSurface& surface,
   using Maximize = MaximizeStrain<V>;
   const Int3 n = map.lattice.points;
   const std::int64_t row = n.x, layer = row * n.y, nodes = layer * n.z;
-  const std::int64_t padded = nodes + Maximize::kPadding / Maximize::kFloats + 1;
+  const std::int64_t padded = nodes + (B::kHostMemory ? Maximize::kPadding / Maximize::kFloats + 1
+                                                      : MaximizeStrainWindows::padding(row, layer));
   View<Strain> strain = work.strain[0].resize(work.backend, padded),
                windows = work.strain[1].resize(work.backend, padded);
   BoundStrain bound;
@@ -261,14 +258,24 @@ View<const Strain> bound_strain(Workspace<B>& work, const MorphSurface& surface,
   bound.strain = {strain.data, nodes};
   work.backend.for_each(nodes, bound, "regress");
   const std::int64_t floats = Maximize::kFloats * nodes;
-  for (const std::int64_t step : {std::int64_t{1}, row, layer}) {
+  if constexpr (B::kHostMemory) {
+    for (const std::int64_t step : {std::int64_t{1}, row, layer}) {
+      work.backend.for_each(
+          (floats + Lanes<V>::kCount - 1) / Lanes<V>::kCount,
+          Maximize{&strain.data->maps.x, &windows.data->maps.x, floats, Maximize::kFloats * step},
+          "regress");
+      std::swap(strain, windows);
+    }
+    return strain;
+  } else {
     work.backend.for_each(
-        (floats + Lanes<V>::kCount - 1) / Lanes<V>::kCount,
-        Maximize{&strain.data->maps.x, &windows.data->maps.x, floats, Maximize::kFloats * step},
+        floats,
+        MaximizeStrainWindows{&strain.data->maps.x, &windows.data->maps.x,
+                              static_cast<std::int32_t>(Maximize::kFloats * row),
+                              static_cast<std::int32_t>(Maximize::kFloats * layer)},
         "regress");
-    std::swap(strain, windows);
+    return windows;
   }
-  return strain;
 }
 
 /// Returns the largest factor by which an affine map stretches. The linear part is a rotation times
@@ -284,10 +291,9 @@ void extract_morph(Workspace<B>& work, const MorphSurface& surface, const Grid& 
                    const ExtractSettings& settings, Mesh& mesh) {
   const MorphField field = {
       compute_map(work, surface.map),
-      upload_object(work, surface.from, surface.smooth_from, surface.fade_from),
-      upload_object(work, surface.to, surface.smooth_to, surface.fade_to),
-      surface.from_scale,
-      surface.to_scale,
+      {upload_object(work, surface.from, surface.smooth_from, surface.fade_from),
+       upload_object(work, surface.to, surface.smooth_to, surface.fade_to)},
+      {surface.from_scale, surface.to_scale},
       surface.level,
       surface.linear_range > 0 ? 1 / surface.linear_range : 0};
   MorphBounds bounds;

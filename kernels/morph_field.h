@@ -28,11 +28,12 @@ namespace polymorph {
 
 /// The field as the kernels read it. It has the functions that level_set.h requires.
 struct MorphField {
-  SmoothMap map;  ///< map 0: X_A and the progress t; map 1: X_B and the weight w
-  DistanceField from, to;
-  float from_scale = 1, to_scale = 1;  ///< scene units per unit of each object's distances
-  float level = 0;                     ///< c
-  float inv_range = 0;                 ///< 1 / s; 0: S(d) = d
+  static constexpr bool kHasHalves = true;
+  SmoothMap map;            ///< map 0: X_A and the progress t; map 1: X_B and the weight w
+  DistanceField object[2];  ///< the source and the target
+  float scale[2] = {1, 1};  ///< scene units per unit of each object's distances
+  float level = 0;          ///< c
+  float inv_range = 0;      ///< 1 / s; 0: S(d) = d
 
   /// Returns S(d) as 2 d / (1 + sqrt(1 + 2 |d| / s)). Thin parts have small distances, so an
   /// uncompressed mix would hide them until the other object has almost vanished. S is odd, so that
@@ -58,11 +59,25 @@ struct MorphField {
   /// lead from the affine images of p to X_A and X_B; m[3] is t, and m[7] is w.
   template <class V>
   PM_HD V value(const Points<V>& p, const V (&m)[kRegressionValues]) const {
-    const V a = compress(from_scale * from.value(map.apply(0, p, Points<V>{m[0], m[1], m[2]}),
-                                                 from.detail_share(m[3])));
-    const V b = compress(to_scale * to.value(map.apply(1, p, Points<V>{m[4], m[5], m[6]}),
-                                             to.detail_share(1.0f - m[3])));
-    return fma(broadcast<V>(-level), m[7], fma(smoothstep(m[3]), b - a, a));
+    return mix(object_value(0, p, m, m[3]), object_value(1, p, m + 4, m[3]), m[3], m[7]);
+  }
+
+  /// Returns S(D(X)) of an object (0 or 1) at p, given the four spline values of its map and t.
+  template <class V>
+  PM_HD V object_value(int o, const Points<V>& p, const V* m, V t) const {
+    const V distance = object[o].value(map.apply(o, p, Points<V>{m[0], m[1], m[2]}),
+                                       object[o].detail_share(own_progress(o, t)));
+    return compress(scale[o] * distance);
+  }
+  /// Mixes the values of both objects where the progress is t and the level's weight is w.
+  template <class V>
+  PM_HD V mix(V a, V b, V t, V w) const {
+    return fma(broadcast<V>(-level), w, fma(smoothstep(t), b - a, a));
+  }
+  /// Returns the progress as an object counts it: 0 at the object's own end of the morph.
+  template <class V>
+  PM_HD static V own_progress(int o, V t) {
+    return o == 0 ? t : 1.0f - t;
   }
 
 #if defined(PM_PACKS)
@@ -71,13 +86,12 @@ struct MorphField {
     Pack map_values[kRegressionValues];
     Points<Pack> on_source, on_target;
     pull_back(brick_corners(grid, first), map_values, on_source, on_target);
-    const auto prefetch_object = [](const DistanceField& object, const Points<Pack>& corners,
-                                    Pack detail) {
-      object.prefetch(corners, !object.smooth || Lanes<Pack>::bits(detail > 0.0f) != 0,
-                      object.smooth && Lanes<Pack>::bits(detail < 1.0f) != 0);
-    };
-    prefetch_object(from, on_source, from.detail_share(map_values[3]));
-    prefetch_object(to, on_target, to.detail_share(1.0f - map_values[3]));
+    for (int o = 0; o < 2; ++o) {
+      const Pack detail = object[o].detail_share(own_progress(o, map_values[3]));
+      object[o].prefetch(o == 0 ? on_source : on_target,
+                         !object[o].smooth || Lanes<Pack>::bits(detail > 0.0f) != 0,
+                         object[o].smooth && Lanes<Pack>::bits(detail < 1.0f) != 0);
+    }
   }
 #endif
 
@@ -115,53 +129,134 @@ struct MorphField {
     b = map.apply(1, p, Points<V>{m[4], m[5], m[6]});
   }
 
+  /// What an object (0 or 1) adds to the gradient at a point.
+  template <class V>
+  struct ObjectSlope {
+    V value;          ///< S(D)
+    V by_progress;    ///< derivative of S(D) by t, because the share of detail depends on t, too
+    Points<V> slope;  ///< derivatives of S(D) along the axes at a constant t
+  };
+  /// `m`: the four spline values of the object's map at p; `slopes`: their derivatives by axis.
+  template <class V, class Slopes>
+  PM_HD ObjectSlope<V> object_slope(int o, const Points<V>& p, const V* m, const Slopes& slopes,
+                                    V t) const {
+    const DistanceField& distances = object[o];
+    const V progress = own_progress(o, t);
+    const auto at = distances.slope(map.apply(o, p, Points<V>{m[0], m[1], m[2]}),
+                                    distances.detail_share(progress));
+    const V distance = scale[o] * at.value, weight = scale[o] / inv_slope(distance);
+    const V share_slope = distances.detail_share_slope(progress);
+    const auto along = [&](int axis) {
+      const auto row_derivative = [&](int i) {
+        const Vec3 row = map.affine[o].rows[i];
+        return slopes[axis][i] + (axis == 0 ? row.x : axis == 1 ? row.y : row.z);
+      };
+      // The chain rule: the distance's gradient times the map's derivative along the axis.
+      return weight * fma(at.gradient.x, row_derivative(0),
+                          fma(at.gradient.y, row_derivative(1), at.gradient.z * row_derivative(2)));
+    };
+    return {compress(distance),
+            weight * at.detail_derivative * (o == 0 ? share_slope : -share_slope),
+            {along(0), along(1), along(2)}};
+  }
+  /// Mixes the slopes of both objects to minus the gradient. `t_slope` and `w_slope`: derivatives
+  /// of the progress t and of the level's weight along the axes.
+  template <class V>
+  PM_HD Points<V> mix_slopes(const ObjectSlope<V>& a, const ObjectSlope<V>& b, V t,
+                             const Points<V>& t_slope, const Points<V>& w_slope) const {
+    const V weight_b = smoothstep(t);  // b of the formula above
+    const V df_dt = fma(smoothstep_slope(t), b.value - a.value,
+                        fma(weight_b, b.by_progress - a.by_progress, a.by_progress));
+    const auto negated = [&](V slope_a, V slope_b, V slope_t, V slope_w) {
+      return fma(broadcast<V>(level), slope_w,
+                 -fma(weight_b, slope_b - slope_a, fma(df_dt, slope_t, slope_a)));
+    };
+    return {negated(a.slope.x, b.slope.x, t_slope.x, w_slope.x),
+            negated(a.slope.y, b.slope.y, t_slope.y, w_slope.y),
+            negated(a.slope.z, b.slope.z, t_slope.z, w_slope.z)};
+  }
+
   /// Returns minus the gradient, which points outward at the surface.
   template <class V>
   PM_HD Points<V> negated_gradient(const Points<V>& p) const {
-    V m[kRegressionValues], map_slopes[3][kRegressionValues];
-    map.spline(p, m, map_slopes);
-    const Points<V> a = map.apply(0, p, Points<V>{m[0], m[1], m[2]});
-    const Points<V> b = map.apply(1, p, Points<V>{m[4], m[5], m[6]});
-    const V progress = m[3], remaining = 1.0f - progress;
-    const auto slope_a = from.slope(a, from.detail_share(progress));
-    const auto slope_b = to.slope(b, to.detail_share(remaining));
-    const Points<V>& gradient_a = slope_a.gradient;
-    const Points<V>& gradient_b = slope_b.gradient;
-    const V from_distance = from_scale * slope_a.value;
-    const V to_distance = to_scale * slope_b.value;
-    const V from_weight = from_scale / inv_slope(from_distance);
-    const V to_weight = to_scale / inv_slope(to_distance);
-    const V weight_b = smoothstep(progress);  // b of the formula above
-    // Derivatives of S(D_A) and S(D_B) by t, because the shares of detail depend on t, too.
-    const V detail_a_dt =
-        from_weight * slope_a.detail_derivative * from.detail_share_slope(progress);
-    const V detail_b_dt = to_weight * slope_b.detail_derivative * -to.detail_share_slope(remaining);
-    const V df_dt = fma(smoothstep_slope(progress), compress(to_distance) - compress(from_distance),
-                        fma(weight_b, detail_b_dt - detail_a_dt, detail_a_dt));
-    const auto negated_derivative = [&](int axis) {
-      const auto map_slope = [&](int i) { return map_slopes[axis][i]; };
-      // The chain rule: the distance's gradient times the map's derivative along the axis.
-      const auto pulled_back_slope = [&](const AffineMap& affine, int first,
-                                         const Points<V>& gradient) {
-        const auto row_derivative = [&](int i) {
-          const Vec3 row = affine.rows[i];
-          return map_slope(first + i) + (axis == 0 ? row.x : axis == 1 ? row.y : row.z);
-        };
-        return fma(gradient.x, row_derivative(0),
-                   fma(gradient.y, row_derivative(1), gradient.z * row_derivative(2)));
-      };
-      const V from_slope = from_weight * pulled_back_slope(map.affine[0], 0, gradient_a);
-      const V to_slope = to_weight * pulled_back_slope(map.affine[1], 4, gradient_b);
-      const V map_term = fma(weight_b, to_slope - from_slope, fma(df_dt, map_slope(3), from_slope));
-      return fma(broadcast<V>(level), map_slope(7), -map_term);
-    };
-    return {negated_derivative(0), negated_derivative(1), negated_derivative(2)};
+    V m[kRegressionValues], slopes[3][kRegressionValues];
+    map.spline(p, m, slopes);
+    const V target_slopes[3][3] = {{slopes[0][4], slopes[0][5], slopes[0][6]},
+                                   {slopes[1][4], slopes[1][5], slopes[1][6]},
+                                   {slopes[2][4], slopes[2][5], slopes[2][6]}};
+    return mix_slopes(
+        object_slope(0, p, m, slopes, m[3]), object_slope(1, p, m + 4, target_slopes, m[3]), m[3],
+        {slopes[0][3], slopes[1][3], slopes[2][3]}, {slopes[0][7], slopes[1][7], slopes[2][7]});
+  }
+
+  /// The least and the greatest distance of an object at its point x while t is in a range, in the
+  /// object's units.
+  template <class V>
+  PM_HD DistanceField::Range<V> object_range(int o, const Points<V>& x, V min_t, V max_t) const {
+    const V least = own_progress(o, o == 0 ? min_t : max_t),
+            most = own_progress(o, o == 0 ? max_t : min_t);
+    return object[o].value_range(x, object[o].detail_share(most), object[o].detail_share(least));
+  }
+  /// Returns S of an object's distance, which may be `change` longer.
+  template <class V>
+  PM_HD V object_bound(int o, V distance, float change) const {
+    return compress(scale[o] * distance + change);
+  }
+
+  /// The field as two neighbouring threads of a GPU evaluate it together: each reads the map and
+  /// the distances of one object, and gets the other's part from its neighbour. Such a thread needs
+  /// half as many registers, and waits for half as many loads. All threads of a warp must call the
+  /// functions together.
+  struct Half;
+  PM_HD Half half(int o) const;
+};
+
+struct MorphField::Half {
+  static constexpr bool kHasHalves = false;
+  const MorphField& field;
+  int own;  ///< this thread's object
+
+  /// Returns the neighbour's value of `a`.
+  PM_HD static float swap(float a) {
+#if defined(__CUDA_ARCH__)
+    return __shfl_xor_sync(0xffffffffu, a, 1);
+#else
+    return a;
+#endif
+  }
+  /// Returns the value of the thread with the source or, of the other one, with the target.
+  PM_HD float of_source(float a, float neighbours) const { return own == 0 ? a : neighbours; }
+  PM_HD float of_target(float a, float neighbours) const { return own == 0 ? neighbours : a; }
+
+  PM_HD float value(const Points<float>& p) const {
+    float m[4];
+    field.map.spline(p, own, m);
+    const float fourth = swap(m[3]), t = of_source(m[3], fourth), w = of_target(m[3], fourth);
+    const float mine = field.object_value(own, p, m, t), others = swap(mine);
+    return field.mix(of_source(mine, others), of_target(mine, others), t, w);
+  }
+
+  PM_HD Points<float> negated_gradient(const Points<float>& p) const {
+    float m[4], slopes[3][4];
+    field.map.spline(p, own, m, slopes);
+    const float t = of_source(m[3], swap(m[3]));
+    const ObjectSlope<float> mine = field.object_slope(own, p, m, slopes, t);
+    const Points<float> fourth = {slopes[0][3], slopes[1][3], slopes[2][3]};
+    const ObjectSlope<float> others = {swap(mine.value), swap(mine.by_progress), swap(mine.slope)};
+    const Points<float> other_fourth = swap(fourth);
+    return own == 0 ? field.mix_slopes(mine, others, t, fourth, other_fourth)
+                    : field.mix_slopes(others, mine, t, other_fourth, fourth);
+  }
+  PM_HD static Points<float> swap(const Points<float>& a) {
+    return {swap(a.x), swap(a.y), swap(a.z)};
   }
 };
+PM_HD inline MorphField::Half MorphField::half(int o) const { return {*this, o}; }
 
 /// Bounds of a MorphField (level_set.h). They follow from the distances, the progress and the
 /// weight in the middle of a box, and from how far each of these can change within the box.
 struct MorphBounds {
+  static constexpr bool kHasHalves = true;
   /// Lengths of the largest strain around a box: how fast the maps, t and w can change in it.
   struct Local {
     float maps, progress, weight;
@@ -176,12 +271,17 @@ struct MorphBounds {
   /// Returns the lengths of the largest strain of the nodes that contribute to the maps in a box.
   template <class Team>
   PM_HD Local local(const Team&, const NodeBox& box) const {
+    return lengths(largest_strain(box, /*begin=*/0, /*step=*/1));
+  }
+  /// Returns the largest strain of these nodes or, with a step of 2, of every other layer of
+  /// windows from layer `begin` on.
+  PM_HD Strain largest_strain(const NodeBox& box, int begin, int step) const {
     const Grid& lattice = field.map.lattice;
     const float origin[3] = {lattice.origin.x, lattice.origin.y, lattice.origin.z};
     const float low[3] = {box.low.x, box.low.y, box.low.z};
     const float high[3] = {box.high.x, box.high.y, box.high.z};
     const int points[3] = {lattice.points.x, lattice.points.y, lattice.points.z};
-    int first[3], last_window[3];
+    int first[3], last_window[3], windows[3];
     for (int axis = 0; axis < 3; ++axis) {
       const SplineAxis low_end(low[axis], origin[axis], field.map.inv_spacing, points[axis]);
       const SplineAxis high_end(high[axis], origin[axis], field.map.inv_spacing, points[axis]);
@@ -191,25 +291,30 @@ struct MorphBounds {
       first[axis] = low_end.first > 0 ? low_end.first - 1 : 0;
       const int end = high_end.first + 4 < points[axis] ? high_end.first + 4 : points[axis];
       last_window[axis] = end - kStrainWindow;
+      windows[axis] = (last_window[axis] - first[axis] + kStrainWindow - 1) / kStrainWindow + 1;
     }
-    // The next window along an axis; the last one ends where the nodes end.
-    const auto next = [&](int at, int axis) {
-      const int after = at + kStrainWindow;
-      return at < last_window[axis] && after > last_window[axis] ? last_window[axis] : after;
+    // Returns the first node of a window along an axis; the last one ends where the nodes end.
+    const auto window = [&](int axis, int k) {
+      const int at = first[axis] + kStrainWindow * k;
+      return at < last_window[axis] ? at : last_window[axis];
     };
     Strain largest;
-    for (int z = first[2]; z <= last_window[2]; z = next(z, 2)) {
-      for (int y = first[1]; y <= last_window[1]; y = next(y, 1)) {
-        for (int x = first[0]; x <= last_window[0]; x = next(x, 0)) {
-          const Strain& window =
-              strain[x + points[0] * (y + static_cast<std::int64_t>(points[1]) * z)];
-          largest.maps = max(largest.maps, window.maps);
-          for (int k = 0; k < 2; ++k) largest.fourth[k] = max(largest.fourth[k], window.fourth[k]);
-        }
+    for (int z = begin; z < windows[2]; z += step) {
+      for (int y = 0; y < windows[1]; ++y) {
+        const Strain* row =
+            &strain[points[0] *
+                    (window(1, y) + static_cast<std::int64_t>(points[1]) * window(2, z))];
+        for (int x = 0; x < windows[0]; ++x) largest = max_strain(largest, row[window(0, x)]);
       }
     }
+    return largest;
+  }
+  PM_HD static Strain max_strain(const Strain& a, const Strain& b) {
+    return {max(a.maps, b.maps), {max(a.fourth[0], b.fourth[0]), max(a.fourth[1], b.fourth[1])}};
+  }
+  PM_HD static Local lengths(const Strain& s) {
     const auto norm = [](Vec3 v) { return sqrt(dot(v, v)); };
-    return {norm(largest.maps), norm(largest.fourth[0]), norm(largest.fourth[1])};
+    return {norm(s.maps), norm(s.fourth[0]), norm(s.fourth[1])};
   }
 
   /// Bounds the field from above and, if that bound is positive, from below. The field grows with
@@ -218,39 +323,95 @@ struct MorphBounds {
   template <class V>
   PM_HD std::uint32_t crossing_boxes(const Points<V>& middle, Vec3 half, const Local& strain_length,
                                      bool has_rim) const {
-    V map_values[kRegressionValues];
+    V m[kRegressionValues];
     Points<V> a, b;
-    field.pull_back(middle, map_values, a, b);
-    // How far the distances, t and c w can change from the middle.
-    const float radius = 1.001f * sqrt(dot(half, half));
-    const float max_change = radius * lipschitz * (affine_norm + strain_length.maps) + rounding;
-    const float max_progress_change = radius * strain_length.progress + 1e-5f;
-    const float abs_level = field.level < 0 ? -field.level : field.level;
-    const float max_level_change = abs_level * (radius * strain_length.weight + 1e-5f) + rounding;
-    const V min_progress = map_values[3] - max_progress_change,
-            max_progress = map_values[3] + max_progress_change;
-    const V min_blend = smoothstep(min_progress), max_blend = smoothstep(max_progress);
-    const DistanceField &from = field.from, &to = field.to;
-    const auto range_a =
-        from.value_range(a, from.detail_share(max_progress), from.detail_share(min_progress));
-    const auto range_b = to.value_range(b, to.detail_share(1.0f - min_progress),
-                                        to.detail_share(1.0f - max_progress));
-    const V level_term = -field.level * map_values[7];
-    const V high_a = field.compress(field.from_scale * range_a.high + max_change),
-            high_difference = field.compress(field.to_scale * range_b.high + max_change) - high_a;
-    const V high =
-        max(fma(min_blend, high_difference, high_a), fma(max_blend, high_difference, high_a)) +
-        level_term + max_level_change;
-    const std::uint32_t can_be_inside = Lanes<V>::bits(high > 0.0f);
+    field.pull_back(middle, m, a, b);
+    const Ranges<V> ranges(*this, half, strain_length, m[3], m[7]);
+    const auto range_a = field.object_range(0, a, ranges.min_progress, ranges.max_progress);
+    const auto range_b = field.object_range(1, b, ranges.min_progress, ranges.max_progress);
+    const std::uint32_t can_be_inside =
+        Lanes<V>::bits(ranges.high(field.object_bound(0, range_a.high, ranges.max_change),
+                                   field.object_bound(1, range_b.high, ranges.max_change)) > 0.0f);
     if (has_rim || can_be_inside == 0) return can_be_inside;
-    const V low_a = field.compress(field.from_scale * range_a.low - max_change),
-            low_difference = field.compress(field.to_scale * range_b.low - max_change) - low_a;
-    const V low =
-        min(fma(min_blend, low_difference, low_a), fma(max_blend, low_difference, low_a)) +
-        level_term - max_level_change;
-    return can_be_inside & Lanes<V>::bits(low <= 0.0f);
+    return can_be_inside &
+           Lanes<V>::bits(ranges.low(field.object_bound(0, range_a.low, -ranges.max_change),
+                                     field.object_bound(1, range_b.low, -ranges.max_change)) <=
+                          0.0f);
+  }
+
+  /// How far the distances, t and c w can change from the middle of a box, and the ends of the
+  /// ranges of t and of b.
+  template <class V>
+  struct Ranges {
+    float max_change, max_level_change;
+    V min_progress, max_progress, min_blend, max_blend, level_term;
+
+    /// `t` and `w`: progress and weight in the middle of the box.
+    PM_HD Ranges(const MorphBounds& bounds, Vec3 half, const Local& strain_length, V t, V w) {
+      const float level = bounds.field.level, abs_level = level < 0 ? -level : level;
+      const float radius = 1.001f * sqrt(dot(half, half));
+      max_change =
+          radius * bounds.lipschitz * (bounds.affine_norm + strain_length.maps) + bounds.rounding;
+      const float max_progress_change = radius * strain_length.progress + 1e-5f;
+      max_level_change = abs_level * (radius * strain_length.weight + 1e-5f) + bounds.rounding;
+      min_progress = t - max_progress_change, max_progress = t + max_progress_change;
+      min_blend = smoothstep(min_progress), max_blend = smoothstep(max_progress);
+      level_term = -level * w;
+    }
+    /// Bounds the field from above, given the objects' upper bounds, and from below.
+    PM_HD V high(V a, V b) const {
+      return max(fma(min_blend, b - a, a), fma(max_blend, b - a, a)) + level_term +
+             max_level_change;
+    }
+    PM_HD V low(V a, V b) const {
+      return min(fma(min_blend, b - a, a), fma(max_blend, b - a, a)) + level_term -
+             max_level_change;
+    }
+  };
+
+  /// The bounds as two neighbouring threads evaluate them together (MorphField::Half).
+  struct Half;
+  PM_HD Half half(int o) const;
+};
+
+struct MorphBounds::Half {
+  const MorphBounds& bounds;
+  MorphField::Half field;
+
+  template <class Team>
+  PM_HD Local local(const Team&, const NodeBox& box) const {
+    const Strain mine = bounds.largest_strain(box, field.own, /*step=*/2);
+    const auto swap = [](Vec3 v) {
+      return Vec3{MorphField::Half::swap(v.x), MorphField::Half::swap(v.y),
+                  MorphField::Half::swap(v.z)};
+    };
+    return lengths(
+        max_strain(mine, {swap(mine.maps), {swap(mine.fourth[0]), swap(mine.fourth[1])}}));
+  }
+  PM_HD std::uint32_t crossing_boxes(const Points<float>& p, Vec3 half, const Local& strain_length,
+                                     bool has_rim) const {
+    const int own = field.own;
+    const MorphField& whole = bounds.field;
+    float m[4];
+    whole.map.spline(p, own, m);
+    const float fourth = field.swap(m[3]);
+    const Ranges<float> ranges(bounds, half, strain_length, field.of_source(m[3], fourth),
+                               field.of_target(m[3], fourth));
+    const auto range =
+        whole.object_range(own, whole.map.apply(own, p, Points<float>{m[0], m[1], m[2]}),
+                           ranges.min_progress, ranges.max_progress);
+    const float high = whole.object_bound(own, range.high, ranges.max_change),
+                other_high = field.swap(high);
+    const float low = whole.object_bound(own, range.low, -ranges.max_change),
+                other_low = field.swap(low);
+    const bool can_be_inside =
+        ranges.high(field.of_source(high, other_high), field.of_target(high, other_high)) > 0.0f;
+    const bool can_be_outside =
+        ranges.low(field.of_source(low, other_low), field.of_target(low, other_low)) <= 0.0f;
+    return can_be_inside && (has_rim || can_be_outside) ? 1u : 0u;
   }
 };
+PM_HD inline MorphBounds::Half MorphBounds::half(int o) const { return {*this, field.half(o)}; }
 
 /// Writes the level's weight w = ((1 - thinness_A) (1 - thinness_B))^2 into each node of the map.
 /// Thin limbs would vanish if the level, which keeps the volume, had its full weight there. With

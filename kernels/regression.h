@@ -52,7 +52,7 @@ using LoadedOnce = const T&;
 /// samples: these are split into kChunks chunks, each of which has its own sums. The chunks' sums
 /// are added in a fixed order.
 struct RegressNodes {
-  static constexpr int kThreads = 256;
+  static constexpr int kThreads = 128;
   static constexpr int kNodes = 16, kChunks = 16, kSums = kRegressionValues + 1;
   struct Scratch {
     alignas(64) float sums[kChunks][kSums][kNodes];
@@ -67,7 +67,9 @@ struct RegressNodes {
   template <class Team>
   PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t team_index) const {
     using V = typename Team::V;
-    constexpr int kLanes = Lanes<V>::kCount, kPacks = kNodes / kLanes;
+    // A GPU's thread sums two nodes at once, so that it loads half as many samples.
+    constexpr int kLanes = Lanes<V>::kCount, kAtOnce = kLanes == 1 ? 2 : 1,
+                  kPacks = kNodes / kLanes / kAtOnce;
     const std::int64_t count = nodes.size / kRegressionValues;
     team.each(kNodes, [&](int l) {
       const std::int64_t node = team_index * kNodes + l;
@@ -82,72 +84,103 @@ struct RegressNodes {
     });
     team.sync();
     team.each(kPacks * kChunks, [&](int item) {
-      const int first = item % kPacks * kLanes, chunk = item / kPacks;
-      const Points<V> at = {Lanes<V>::load(scratch.x + first), Lanes<V>::load(scratch.y + first),
-                            Lanes<V>::load(scratch.z + first)};
-      V sums[kSums];
-      if (sloped) {
-        add_chunk<V, true>(at, chunk, sums);
-      } else {
-        add_chunk<V, false>(at, chunk, sums);
+      const int chunk = item / kPacks;
+      const auto first = [&](int pack) { return (item % kPacks + kPacks * pack) * kLanes; };
+      Points<V> at[kAtOnce];
+      for (int i = 0; i < kAtOnce; ++i) {
+        at[i] = {Lanes<V>::load(scratch.x + first(i)), Lanes<V>::load(scratch.y + first(i)),
+                 Lanes<V>::load(scratch.z + first(i))};
       }
-      for (int k = 0; k < kSums; ++k) Lanes<V>::store(scratch.sums[chunk][k] + first, sums[k]);
+      V sums[kAtOnce][kSums];
+      if (sloped) {
+        add_chunk<true>(at, chunk, sums);
+      } else {
+        add_chunk<false>(at, chunk, sums);
+      }
+      for (int i = 0; i < kAtOnce; ++i) {
+        for (int k = 0; k < kSums; ++k)
+          Lanes<V>::store(scratch.sums[chunk][k] + first(i), sums[i][k]);
+      }
     });
     team.sync();
-    team.each(kNodes, [&](int n) {
-      const std::int64_t node = team_index * kNodes + n;
-      if (node >= count) return;
-      float sums[kSums] = {};
-      for (int c = 0; c < kChunks; ++c) {
-        for (int k = 0; k < kSums; ++k) sums[k] = sums[k] + scratch.sums[c][k][n];
-      }
-      for (int k = 0; k < kRegressionValues; ++k) {
-        nodes[node * kRegressionValues + k] = sums[k] / sums[kRegressionValues];
+    // The sums of all chunks replace those of the first one.
+    team.each(kSums * kNodes / kLanes, [&](int item) {
+      const int k = item % kSums, first = item / kSums * kLanes;
+      V sum = broadcast<V>(0.0f);
+      for (int c = 0; c < kChunks; ++c) sum = sum + Lanes<V>::load(scratch.sums[c][k] + first);
+      Lanes<V>::store(scratch.sums[0][k] + first, sum);
+    });
+    team.sync();
+    team.each(kRegressionValues * kNodes / kLanes, [&](int item) {
+      const int k = item % kRegressionValues, first = item / kRegressionValues * kLanes;
+      alignas(64) float value[kLanes];
+      Lanes<V>::store(value, Lanes<V>::load(scratch.sums[0][k] + first) /
+                                 Lanes<V>::load(scratch.sums[0][kRegressionValues] + first));
+      for (int l = 0; l < kLanes; ++l) {
+        const std::int64_t node = team_index * kNodes + first + l;
+        if (node < count) nodes[node * kRegressionValues + k] = value[l];
       }
     });
   }
 
-  /// Sums over the samples of a chunk: sums[i] is the sum of kernel times value i, and the last
-  /// element that of the kernels.
-  template <class V, bool kSloped>
-  PM_HD void add_chunk(const Points<V>& at, int chunk, V (&sums)[kSums]) const {
-    for (int k = 0; k < kSums; ++k) sums[k] = broadcast<V>(0.0f);
+  /// Sums over the samples of a chunk at kAtOnce packs of nodes: sums[n][i] is the sum of kernel
+  /// times value i at pack n, and the last element that of the kernels.
+  template <bool kSloped, class V, int kAtOnce>
+  PM_HD void add_chunk(const Points<V> (&at)[kAtOnce], int chunk, V (&sums)[kAtOnce][kSums]) const {
+    for (int n = 0; n < kAtOnce; ++n) {
+      for (int k = 0; k < kSums; ++k) sums[n][k] = broadcast<V>(0.0f);
+    }
     const std::int64_t chunk_size = (samples.size + kChunks - 1) / kChunks,
                        begin = chunk * chunk_size;
     const std::int64_t end = begin + chunk_size < samples.size ? begin + chunk_size : samples.size;
     for (std::int64_t e = begin; e < end; ++e) {
       LoadedOnce<KernelSample> sample = samples[e];
-      const V dx = at.x - sample.center.x, dy = at.y - sample.center.y, dz = at.z - sample.center.z;
-      const V d2 = fma(dz, dz, fma(dy, dy, dx * dx));
-      // The limit keeps the argument in the range of exp2().
-      const V exponent = max(d2 * -sample.falloff, broadcast<V>(kMinKernelExponent));
-      const V wide = exp2(exponent);
-      // The narrower Gaussians are wide^4 and wide^16. Below 2^-124 each becomes 0, because
-      // denormal numbers would be slow; rounding would lose so small a term beside the wide
-      // Gaussian anyway.
-      const V wide_or_zero = zero_unless(exponent > -31.0f, wide),
-              wide2 = wide_or_zero * wide_or_zero, middle = wide2 * wide2;
-      const V middle_or_zero = zero_unless(exponent > -7.75f, middle),
-              middle2 = middle_or_zero * middle_or_zero, narrow = middle2 * middle2;
-      const V kernel = fma(narrow, broadcast<V>(sample.mass),
-                           fma(middle, broadcast<V>(sample.second), wide * sample.third));
+      Points<V> offset[kAtOnce];
+      V kernel[kAtOnce];
+      for (int n = 0; n < kAtOnce; ++n) {
+        offset[n] = {at[n].x - sample.center.x, at[n].y - sample.center.y,
+                     at[n].z - sample.center.z};
+        kernel[n] = kernel_at(sample, offset[n]);
+      }
       for (int m = 0; m < kRegressionValues / 4; ++m) {
         LoadedOnce<BallAttribute> attribute = values[2 * e + m];
         for (int i = 0; i < 4; ++i) {
-          V& sum = sums[4 * m + i];
-          if constexpr (kSloped) {
-            const Vec3 slope = attribute.slope[i];
-            V local_value = fma(broadcast<V>(slope.z), dz, broadcast<V>(attribute.value[i]));
-            local_value =
-                fma(broadcast<V>(slope.x), dx, fma(broadcast<V>(slope.y), dy, local_value));
-            sum = fma(kernel, local_value, sum);
-          } else {
-            sum = fma(kernel, broadcast<V>(attribute.value[i]), sum);
+          for (int n = 0; n < kAtOnce; ++n) {
+            V& sum = sums[n][4 * m + i];
+            if constexpr (kSloped) {
+              const Vec3 slope = attribute.slope[i];
+              V local_value =
+                  fma(broadcast<V>(slope.z), offset[n].z, broadcast<V>(attribute.value[i]));
+              local_value = fma(broadcast<V>(slope.x), offset[n].x,
+                                fma(broadcast<V>(slope.y), offset[n].y, local_value));
+              sum = fma(kernel[n], local_value, sum);
+            } else {
+              sum = fma(kernel[n], broadcast<V>(attribute.value[i]), sum);
+            }
           }
         }
       }
-      sums[kRegressionValues] = sums[kRegressionValues] + kernel;
+      for (int n = 0; n < kAtOnce; ++n)
+        sums[n][kRegressionValues] = sums[n][kRegressionValues] + kernel[n];
     }
+  }
+
+  /// Evaluates the kernel of a sample at nodes, given their offsets from its centre.
+  template <class V>
+  PM_HD static V kernel_at(const KernelSample& sample, const Points<V>& offset) {
+    const V d2 = fma(offset.z, offset.z, fma(offset.y, offset.y, offset.x * offset.x));
+    // The limit keeps the argument in the range of exp2().
+    const V exponent = max(d2 * -sample.falloff, broadcast<V>(kMinKernelExponent));
+    const V wide = exp2(exponent);
+    // The narrower Gaussians are wide^4 and wide^16. Below 2^-124 each becomes 0, because
+    // denormal numbers would be slow; rounding would lose so small a term beside the wide
+    // Gaussian anyway.
+    const V wide_or_zero = zero_unless(exponent > -31.0f, wide),
+            wide2 = wide_or_zero * wide_or_zero, middle = wide2 * wide2;
+    const V middle_or_zero = zero_unless(exponent > -7.75f, middle),
+            middle2 = middle_or_zero * middle_or_zero, narrow = middle2 * middle2;
+    return fma(narrow, broadcast<V>(sample.mass),
+               fma(middle, broadcast<V>(sample.second), wide * sample.third));
   }
 };
 
@@ -277,6 +310,24 @@ struct SmoothMap {
     }
     load_columns(values, value);
   }
+  /// Evaluates the four values of one map at one point.
+  PM_HD void spline(const Points<float>& p, int of_map, float (&value)[4]) const {
+    const SplineNodes<float> stencil(*this, p);
+    Quadruple columns[3] = {};
+    for_nodes(nodes + stencil.first[0] + 4 * of_map, [&](const float* node, int n) {
+      const float weight = stencil.y.weight[n % 3] * stencil.z.weight[n / 3];
+      for (int i = 0; i < 3; ++i) columns[i].add(node + kRegressionValues * i, weight);
+    });
+    interpolate_columns(columns[0], columns[1], columns[2], stencil.x.weight, value);
+  }
+  /// Evaluates the four values of one map at one point, and their derivatives along x, y and z.
+  PM_HD void spline(const Points<float>& p, int of_map, float (&value)[4],
+                    float (&slopes)[3][4]) const {
+    evaluate_map(SplineNodes<float>(*this, p), of_map, value, slopes);
+    for (int axis = 0; axis < 3; ++axis) {
+      for (float& slope : slopes[axis]) slope = slope * inv_spacing;
+    }
+  }
   /// Evaluates the values, and their derivatives along x, y and z.
   template <class V, class Columns = NodeColumns>
   PM_HD void spline(const Points<V>& p, V (&value)[kRegressionValues],
@@ -284,7 +335,13 @@ struct SmoothMap {
     constexpr int kLanes = Lanes<V>::kCount;
     const SplineNodes<V> stencil(*this, p);
     if constexpr (kLanes == 1) {
-      evaluate_point(stencil, value, slopes);
+      // A map at a time, because a GPU's thread has too few registers for the sums of both.
+      for (int m = 0; m < kQuadruples; ++m) {
+        float map_slopes[3][4];
+        evaluate_map(stencil, m, value + 4 * m, map_slopes);
+        for (int axis = 0; axis < 3; ++axis)
+          for (int i = 0; i < 4; ++i) slopes[axis][4 * m + i] = map_slopes[axis][i];
+      }
     } else {
       // [0]: for the values and their derivatives by x; [1]: by y; [2]: by z.
       alignas(64) float weights[3][9][kLanes], x_slopes[3][kLanes];
@@ -355,33 +412,28 @@ struct SmoothMap {
     }
   };
 
-  /// Evaluates the values and derivatives (not yet divided by the spacing) at one point, a map at a
-  /// time, because a GPU's thread has too few registers for the sums of both.
-  PM_HD void evaluate_point(const SplineNodes<float>& stencil, float (&value)[kRegressionValues],
-                            float (&slopes)[3][kRegressionValues]) const {
+  /// Evaluates the values and derivatives (not yet divided by the spacing) of one map at one point.
+  PM_HD void evaluate_map(const SplineNodes<float>& stencil, int of_map, float* value,
+                          float (&slopes)[3][4]) const {
     const auto &x = stencil.x, &y = stencil.y, &z = stencil.z;
-    for (int first_value = 0; first_value < kRegressionValues; first_value += 4) {
-      // [0]: for the values and their derivatives by x; [1]: by y; [2]: by z; each for three
-      // columns.
-      Quadruple sums[3][3] = {};
-      for_nodes(nodes + stencil.first[0] + first_value, [&](const float* node, int n) {
-        const int j = n % 3, k = n / 3;
-        const float weights[3] = {y.weight[j] * z.weight[k], y.slope[j] * z.weight[k],
-                                  y.weight[j] * z.slope[k]};
-        for (int column = 0; column < 3; ++column) {
-          for (int i = 0; i < 3; ++i)
-            sums[i][column].add(node + kRegressionValues * column, weights[i]);
-        }
-      });
-      const auto interpolate = [&](const Quadruple(&columns)[3], const float(&weight)[3],
-                                   float(&out)[kRegressionValues]) {
-        interpolate_columns(columns[0], columns[1], columns[2], weight, out + first_value);
-      };
-      interpolate(sums[0], x.weight, value);
-      interpolate(sums[0], x.slope, slopes[0]);
-      interpolate(sums[1], x.weight, slopes[1]);
-      interpolate(sums[2], x.weight, slopes[2]);
-    }
+    // [0]: for the values and their derivatives by x; [1]: by y; [2]: by z; each for three columns.
+    Quadruple sums[3][3] = {};
+    for_nodes(nodes + stencil.first[0] + 4 * of_map, [&](const float* node, int n) {
+      const int j = n % 3, k = n / 3;
+      const float weights[3] = {y.weight[j] * z.weight[k], y.slope[j] * z.weight[k],
+                                y.weight[j] * z.slope[k]};
+      for (int column = 0; column < 3; ++column) {
+        for (int i = 0; i < 3; ++i)
+          sums[i][column].add(node + kRegressionValues * column, weights[i]);
+      }
+    });
+    const auto interpolate = [](const Quadruple(&columns)[3], const float(&weight)[3], float* out) {
+      interpolate_columns(columns[0], columns[1], columns[2], weight, out);
+    };
+    interpolate(sums[0], x.weight, value);
+    interpolate(sums[0], x.slope, slopes[0]);
+    interpolate(sums[1], x.weight, slopes[1]);
+    interpolate(sums[2], x.weight, slopes[2]);
   }
 
   /// Calls f(node, n) for the 3 x 3 nodes along y and z from `node` on, n = 0 to 8, y fastest.
@@ -646,13 +698,16 @@ struct BoundStrain {
 
   PM_HD void operator()(std::int64_t n) const {
     if (n >= strain.size) return;
-    const std::int64_t row = lattice.points.x, layer = row * lattice.points.y;
+    // Divisions of 32 bits are several times as fast on a GPU.
+    const auto node = static_cast<std::uint32_t>(n),
+               row = static_cast<std::uint32_t>(lattice.points.x),
+               rows = static_cast<std::uint32_t>(lattice.points.y), layer = row * rows,
+               layers = static_cast<std::uint32_t>(lattice.points.z);
     const float* at = nodes.data + n * kRegressionValues;
     // The last node along an axis has no next node. It takes itself, so that the difference is 0.
-    const float* next[3] = {
-        at + kRegressionValues * (n % row + 1 < row ? 1 : 0),
-        at + kRegressionValues * (n / row % lattice.points.y + 1 < lattice.points.y ? row : 0),
-        at + kRegressionValues * (n / layer + 1 < lattice.points.z ? layer : 0)};
+    const float* next[3] = {at + kRegressionValues * (node % row + 1 < row ? 1u : 0u),
+                            at + kRegressionValues * (node / row % rows + 1 < rows ? row : 0u),
+                            at + kRegressionValues * (node / layer + 1 < layers ? layer : 0u)};
     const auto along_axes = [&](const auto& change) {
       return Vec3{change(next[0]), change(next[1]), change(next[2])} / lattice.cell;
     };
@@ -694,6 +749,32 @@ struct MaximizeStrain {
       if (next < size) largest = max(largest, Lanes<V>::load(from + next));
     }
     Lanes<V>::store(to + at, largest);
+  }
+};
+
+/// Does at once what three passes of MaximizeStrain do: a GPU, which reads the same numbers from
+/// its caches, takes less time for that than for two more passes. An item is a float. `from` has
+/// padding() more nodes than the lattice, with any values.
+struct MaximizeStrainWindows {
+  const float* from = nullptr;
+  float* to = nullptr;
+  std::int32_t row = 1, layer = 1;  ///< floats from a node to the next one along y and z
+
+  static constexpr std::int64_t padding(std::int64_t row_nodes, std::int64_t layer_nodes) {
+    return (kStrainWindow - 1) * (1 + row_nodes + layer_nodes);
+  }
+  PM_HD void operator()(std::int64_t at) const {
+    const float* window = from + at;
+    float largest = window[0];
+    for (int z = 0; z < kStrainWindow; ++z) {
+      for (int y = 0; y < kStrainWindow; ++y) {
+        for (int x = 0; x < kStrainWindow; ++x) {
+          const int next = MaximizeStrain<float>::kFloats * x + row * y + layer * z;
+          largest = max(largest, window[next]);
+        }
+      }
+    }
+    to[at] = largest;
   }
 };
 

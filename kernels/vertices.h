@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <type_traits>
 
 #include "bricks.h"
 #include "field.h"
@@ -78,6 +79,7 @@ struct Edges {
 /// The field of balls in a brick, as PlaceVertices needs it.
 template <class F>
 struct BallVertexField {
+  static constexpr bool kHasHalves = false;  // level_set.h
   BrickField<F> field;
   BallList all_balls;
   float iso = 1, floor = 0;  ///< the members of BallVertices
@@ -184,12 +186,25 @@ struct PlaceVertices {
     if constexpr (kLanes > 1) std::fill_n(scratch.edges + count, kLanes - 1, 0u);
     team.sync();
     const Node brick = bricks[b];
-    const auto field = source.brick_field(brick, b);
-    team.each((count + kLanes - 1) / kLanes, [&](int item) {
+    const auto& field = source.brick_field(brick, b);
+    const auto place_from = [&](const auto& of_thread, int vertex, int writes) {
       const Edges<V> edges = edges_at<V>(brick.at, values.data + brick_item * kBrickValues,
-                                         Lanes<V>::load_bits(scratch.edges + item * kLanes));
-      place<V>(edges, field, first_vertex + item * kLanes, count - item * kLanes);
-    });
+                                         Lanes<V>::load_bits(scratch.edges + vertex));
+      place<V>(edges, of_thread, first_vertex + vertex, writes);
+    };
+    if constexpr (std::decay_t<decltype(field)>::kHasHalves && (Team::kGroup > 1)) {
+      // Two neighbouring threads place a vertex together, and the first one writes it. The last
+      // warp is filled with threads that repeat the last vertex, because a warp's threads exchange
+      // values.
+      constexpr int kGroup = static_cast<int>(Team::kGroup);
+      team.each((2 * count + kGroup - 1) / kGroup * kGroup, [&](int item) {
+        const int vertex = item / 2 < count ? item / 2 : count - 1;
+        place_from(field.half(item % 2), vertex, item % 2 == 0 && item / 2 < count ? 1 : 0);
+      });
+    } else {
+      team.each((count + kLanes - 1) / kLanes,
+                [&](int item) { place_from(field, item * kLanes, count - item * kLanes); });
+    }
   }
   static constexpr int kLineShift = 5;  ///< bits of an edge's index in its row, which is below 21
 

@@ -61,8 +61,7 @@ struct Workspace {
   Buffer<KernelSample> kernel_samples;
   Buffer<float> lattice_nodes;
   std::shared_ptr<const Regression> uploaded_regression;  ///< contents of lattice_nodes
-  Buffer<Strain> strain[2];       ///< read and written in turn by the passes along the axes
-  Buffer<Offsets> regress_count;  ///< one element: the number of teams, for for_teams()
+  Buffer<Strain> strain[2];  ///< read and written in turn by the passes along the axes
   Buffer<Vec3> landmark_positions;
   Buffer<AttributeValues> landmark_values;
   Buffer<LandmarkTerm> landmark_terms;

@@ -111,12 +111,13 @@ Result<std::vector<float>> sample_distances(const MorphSurface& field,
   // The regression's values already contain the affine maps, so these are set to zero.
   for (AffineMap& affine : host_field.map.affine)
     affine = {{Vec3{}, Vec3{}, Vec3{}}, /*offset=*/{}};
-  host_field.from = DistanceField(field.from->grid, field.from->values.data());
-  host_field.to = DistanceField(field.to->grid, field.to->values.data());
+  host_field.object[0] = DistanceField(field.from->grid, field.from->values.data());
+  host_field.object[1] = DistanceField(field.to->grid, field.to->values.data());
   if (field.smooth_from)
-    host_field.from.set_detail(field.smooth_from->values.data(), field.fade_from);
-  if (field.smooth_to) host_field.to.set_detail(field.smooth_to->values.data(), field.fade_to);
-  host_field.from_scale = field.from_scale, host_field.to_scale = field.to_scale;
+    host_field.object[0].set_detail(field.smooth_from->values.data(), field.fade_from);
+  if (field.smooth_to)
+    host_field.object[1].set_detail(field.smooth_to->values.data(), field.fade_to);
+  host_field.scale[0] = field.from_scale, host_field.scale[1] = field.to_scale;
   host_field.level = field.level;
   host_field.inv_range = field.linear_range > 0 ? 1 / field.linear_range : 0;
   std::vector<float> values(points.size());

@@ -302,6 +302,29 @@ INSTANTIATE_TEST_SUITE_P(Cuda, ParityTest, testing::ValuesIn(kFieldKinds),
                            return std::string(field_name(field.param));
                          });
 
+TEST(CudaDownload, every_number_of_values_arrives) {
+  EngineStatus status;
+  const auto cuda = make_cuda_engine(0, status);
+  PM_SKIP_WITHOUT(cuda, status);
+  const std::vector<Ball> balls = random_balls(3, FieldKind::kGaussian, 5);
+  // The last is larger than the pinned memory, whose chunks are then used several times.
+  constexpr std::size_t kMost = 9'000'001;
+  std::vector<Vec3> points(kMost);
+  for (std::size_t i = 0; i < kMost; ++i) points[i].x = 1e-7f * static_cast<float>(i);
+  std::vector<float> all;
+  ASSERT_EQ(make_cpu_engine()->sample(balls, points, {}, all).code, EngineCode::kOk);
+  std::vector<std::size_t> sizes = {65'537, 1'000'003, kMost};
+  for (std::size_t n = 1; n < 1100; n += 3) sizes.push_back(n);
+  for (const std::size_t n : sizes) {
+    std::vector<float> values;
+    status = cuda->sample(balls, {points.begin(), points.begin() + static_cast<std::ptrdiff_t>(n)},
+                          {}, values);
+    ASSERT_EQ(status.code, EngineCode::kOk) << status.message;
+    ASSERT_EQ(values.size(), n);
+    ASSERT_EQ(std::memcmp(values.data(), all.data(), n * sizeof(float)), 0) << n << " values";
+  }
+}
+
 TEST(CudaParityBetween, cuda_gives_the_bits_of_the_cpu) {
   EngineStatus status;
   const auto cuda = make_cuda_engine(0, status);
