@@ -1,6 +1,8 @@
 #include "spheres/boundary.h"
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
 #include <nanoflann.hpp>
 
 #include "base/morton.h"
@@ -29,25 +31,54 @@ using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<fl
 
 constexpr int kMaxShrinkSteps = 30;  // per ball
 
+/// nanoflann's result set of one search: the nearest sample, if its squared distance is below that
+/// with which the search begins. A small one spares most of the tree.
+struct NearestSample {
+  using DistanceType = float;
+  float distance2;
+  std::uint32_t index;
+  bool is_found = false;
+
+  float worstDist() const { return distance2; }
+  bool full() const { return is_found; }
+  std::size_t size() const { return is_found ? 1 : 0; }
+  bool addPoint(float squared, std::uint32_t sample) {
+    if (squared < distance2) distance2 = squared, index = sample, is_found = true;
+    return true;  // the search goes on
+  }
+};
+
+/// For each step of shrink_ball(), the sample nearest to the centre of the ball before, which was
+/// a neighbour's and is thus near this one's, too.
+using NearestBefore = std::array<std::uint32_t, kMaxShrinkSteps>;
+
+float squared_distance(Vec3 a, Vec3 b) { return dot(a - b, a - b); }
+
 /// Computes the radius of the largest ball that touches the boundary in sample `i`, on the side
 /// that the normal `inward` points to, and contains no other sample. A ball through the sample's
 /// point p, with its centre on the normal, shrinks until the sample q nearest to its centre lies on
 /// it: r <- |q - p|^2 / (2 inward . (q - p)) (Ma, Bae and Choi 2012). `radius`: the initial radius.
+/// `before` makes searches shorter, and does not change their results.
 float shrink_ball(const Tree& tree, const std::vector<BoundarySample>& samples, std::size_t i,
-                  Vec3 inward, float radius) {
+                  Vec3 inward, float radius, NearestBefore& before) {
   // Samples p and q of the same smooth sheet enclose a small angle at the centre. A ball that
   // shrinks to such a q measures facets and noise, not the solid.
   constexpr float kMaxCosine = 0.87f;      // of the angle: at least 30 degrees
   constexpr float kUnchanged = 1 - 1e-4f;  // ratios of radii above it are taken for rounding
+  constexpr float kRounding = 1 + 1e-4f;   // more than a search's squared distances are off
   const Vec3 p = samples[i].point;
   for (int step = 0; step < kMaxShrinkSteps; ++step) {
     const Vec3 c = p + inward * radius;
     const float query[3] = {c.x, c.y, c.z};
-    std::uint32_t nearest = 0;
-    float distance2 = 0;
-    tree.knnSearch(query, /*num_closest=*/1, &nearest, &distance2);
-    if (nearest == i || !(distance2 < radius * radius * kUnchanged)) break;  // the ball is empty
-    const Vec3 q = samples[nearest].point, d = q - p;
+    // The nearest sample is no further away than p and the one before.
+    const float max_distance2 =
+        std::min(radius * radius, squared_distance(samples[before[step]].point, c));
+    NearestSample nearest{max_distance2 * kRounding, static_cast<std::uint32_t>(i)};
+    tree.findNeighbors(nearest, query, nanoflann::SearchParams());
+    before[step] = nearest.index;
+    const bool is_empty = nearest.index == i || !(nearest.distance2 < radius * radius * kUnchanged);
+    if (is_empty) break;
+    const Vec3 q = samples[nearest.index].point, d = q - p;
     const float projection = dot(d, inward);
     if (!(projection > 0)) break;  // no ball through p on this side touches q
     const float next = dot(d, d) / (2 * projection);
@@ -64,15 +95,17 @@ float shrink_ball(const Tree& tree, const std::vector<BoundarySample>& samples, 
 void measure_balls(std::vector<BoundarySample>& samples, float diagonal) {
   const Points points{samples};
   const Tree tree(3, points, nanoflann::KDTreeSingleIndexAdaptorParams(/*leaf_max_size=*/12));
-  parallel_for(
-      static_cast<std::int64_t>(samples.size()),
-      [&](std::int64_t k) {
-        const auto i = static_cast<std::size_t>(k);
-        const Vec3 n = samples[i].normal;
-        samples[i].inner_radius = shrink_ball(tree, samples, i, -n, diagonal / 2);
-        samples[i].outer_radius = shrink_ball(tree, samples, i, n, diagonal / 2);
-      },
-      /*grain=*/64);
+  parallel_ranges(
+      static_cast<std::int64_t>(samples.size()), /*grain=*/64,
+      [&](std::int64_t begin, std::int64_t end) {
+        NearestBefore inner{}, outer{};
+        for (std::int64_t k = begin; k < end; ++k) {
+          const auto i = static_cast<std::size_t>(k);
+          const Vec3 n = samples[i].normal;
+          samples[i].inner_radius = shrink_ball(tree, samples, i, -n, diagonal / 2, inner);
+          samples[i].outer_radius = shrink_ball(tree, samples, i, n, diagonal / 2, outer);
+        }
+      });
 }
 
 /// Shrinks balls that pass through a wall thinner than the samples' spacing: a ball with a probe on
@@ -83,20 +116,23 @@ void shrink_to_walls(std::vector<BoundarySample>& samples, const Model& model,
   // Positions along the ball's diameter, from the sample inwards, in radii.
   constexpr float kProbePositions[] = {0.3f, 0.6f, 1.0f, 1.6f};
   constexpr std::size_t kCount = std::size(kProbePositions);
+  // Consecutive samples are near to each other, and so are their probes at one position, which are
+  // then tested faster.
   std::vector<Vec3> probes;
   probes.reserve(2 * kCount * samples.size());
-  for (const BoundarySample& s : samples)
-    for (const float t : kProbePositions) {
+  for (const float t : kProbePositions) {
+    for (const BoundarySample& s : samples)
       probes.push_back(s.point - s.normal * (t * s.inner_radius));
+    for (const BoundarySample& s : samples)
       probes.push_back(s.point + s.normal * (t * s.outer_radius));
-    }
+  }
   const std::vector<std::uint8_t> is_inside = inside.inside(probes);
   // Probes of inner balls (side 0) must be inside, those of outer balls (side 1) outside.
   std::vector<std::size_t> leaking_balls;  // 2 i: inner ball of sample i; 2 i + 1: outer
   for (std::size_t i = 0; i < samples.size(); ++i)
     for (const std::size_t side : {0u, 1u})
       for (std::size_t k = 0; k < kCount; ++k)
-        if ((is_inside[2 * (kCount * i + k) + side] != 0) != (side == 0)) {
+        if ((is_inside[(2 * k + side) * samples.size() + i] != 0) != (side == 0)) {
           leaking_balls.push_back(2 * i + side);
           break;
         }

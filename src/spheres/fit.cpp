@@ -155,19 +155,28 @@ std::vector<FitPoint> make_free_points(const std::vector<BoundarySample>& sample
     const float max_offset = std::min(1.8f * s.outer_radius, 0.1f * box.diagonal());
     free_points.push_back({s.point + s.normal * (max_offset * outer_fraction), false});
   }
-  std::vector<Vec3> lattice(3 * samples.size());
-  for (std::size_t i = 0; i < lattice.size(); ++i) {
+  const std::size_t lattice_begin = free_points.size();
+  for (std::size_t i = 0; i < 3 * samples.size(); ++i) {
     const auto [x, y, z] = r3_point(i);
-    lattice[i] = wide.low + wide.size() * Vec3{static_cast<float>(x), static_cast<float>(y),
-                                               static_cast<float>(z)};
+    const Vec3 point = wide.low + wide.size() * Vec3{static_cast<float>(x), static_cast<float>(y),
+                                                     static_cast<float>(z)};
+    free_points.push_back({point, /*inside=*/false});  // set below
   }
-  const std::vector<std::uint8_t> is_inside = inside.inside(lattice);
-  for (std::size_t i = 0; i < lattice.size(); ++i)
-    free_points.push_back({lattice[i], is_inside[i] != 0});
   std::vector<std::pair<std::uint64_t, std::size_t>> order(free_points.size());
   for (std::size_t i = 0; i < free_points.size(); ++i)
     order[i] = {morton_key(free_points[i].point, wide), i};
   std::sort(order.begin(), order.end());
+  // In this order points are near to each other, so that they are tested faster.
+  std::vector<std::size_t> in_lattice;
+  std::vector<Vec3> lattice;
+  for (const auto& [key, i] : order) {
+    if (i < lattice_begin) continue;
+    in_lattice.push_back(i);
+    lattice.push_back(free_points[i].point);
+  }
+  const std::vector<std::uint8_t> is_inside = inside.inside(lattice);
+  for (std::size_t k = 0; k < lattice.size(); ++k)
+    free_points[in_lattice[k]].inside = is_inside[k] != 0;
   std::vector<FitPoint> points;
   for (const auto& [key, i] : order)
     points.push_back({to_eigen(free_points[i].point), /*target=*/0, kFreeWeight,
