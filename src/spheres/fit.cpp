@@ -451,7 +451,14 @@ bool extends_beyond(const std::vector<Ball>& balls, const Box& box) {
   const Box wide = widened(box, margin);
   const Vec3 size = wide.size();
   const auto is_outside = [&](Vec3 p) { return !(min(max(p, wide.low), wide.high) == p); };
+  // Contributions of which none reaches 1 / count do not sum to 1; 0.99 is for rounding.
+  const auto min_logarithm =
+      static_cast<float>(exact::log(0.99 / static_cast<double>(balls.size())));
   const auto is_inside_surface = [&](Vec3 p) {
+    if (std::none_of(balls.begin(), balls.end(), [&](const Ball& ball) {
+          return log_contribution(ball, FieldKind::kGaussian, p - ball.center) > min_logarithm;
+        }))
+      return false;
     double field = 0;
     for (const Ball& ball : balls)
       field += exact::exp(
@@ -546,12 +553,9 @@ Result<FitResult> fit_balls(const Model& model, const InsideTest& inside,
     result.iterations = end;  // also if no damping reduced the cost
     activate_wrong_points(fit);
     evaluate_added(fit);
-    if (!best.empty()) {
-      evaluate(best, fit, fit.tentative);
-      if (fit.tentative.cost < fit.rows.cost) {
-        fit.balls = best;
-        std::swap(fit.rows, fit.tentative);
-      }
+    if (!best.empty() && compute_fit_cost(best, fit.points, fit.length) < fit.rows.cost) {
+      fit.balls = best;
+      evaluate(fit.balls, fit, fit.rows);
     }
     best = fit.balls;
     if (round == settings.rounds) break;

@@ -125,6 +125,7 @@ FitRows make_fit_rows(const std::vector<FitBall>& balls, const std::vector<FitPo
                       double length, int parameters) {
   FitRows rows;
   compute_fit_rows(balls, points, length, parameters, rows);
+  EXPECT_EQ(compute_fit_cost(balls, points, length), rows.cost) << "computed alone";
   return rows;
 }
 
