@@ -31,16 +31,23 @@ double intersect(Vec3d origin, Vec3d direction, const TriangleBvh::Corners& c) {
 }
 
 struct Hit {
-  double distance = INFINITY;  ///< infinite: no hit
+  double distance = INFINITY;  ///< no hit: infinite, or the search's maximum
   double cosine = -1;          ///< between ray and face normal; > 0 where the ray leaves the solid
   Vec3d normal;                ///< unit normal of the face
 };
 
-/// Finds the nearest hit beyond `min_distance` that is not on triangle `excluded`. Returns no hit
-/// if that takes more than kMaxTests tests.
-Hit first_hit(const TriangleBvh& bvh, Vec3d origin, Vec3d direction, double min_distance,
+/// Range of distances along a ray, without its ends.
+struct Reach {
+  double min, max;
+};
+
+/// Finds the nearest hit in `reach` that is not on triangle `excluded`. Returns no hit if that
+/// takes more than kMaxTests tests.
+Hit first_hit(const TriangleBvh& bvh, Vec3d origin, Vec3d direction, Reach reach,
               std::uint32_t excluded) {
+  const double min_distance = reach.min;
   Hit hit;
+  hit.distance = reach.max;
   std::size_t tested = 0;
   struct Entry {
     double enter = 0;  // distance at which the ray enters the node's box
@@ -94,9 +101,10 @@ Hit first_hit(const TriangleBvh& bvh, Vec3d origin, Vec3d direction, double min_
   return tested < kMaxTests ? hit : Hit{};
 }
 
-/// Casts a ray from each sample against its normal.
+/// Casts a ray of the given length from each sample against its normal.
 std::vector<Hit> intersect_inward(MeshView mesh, const TriangleBvh& bvh,
-                                  const std::vector<SurfaceSample>& samples) {
+                                  const std::vector<SurfaceSample>& samples,
+                                  double max_distance = INFINITY) {
   // Nearer hits are the adjacent face at an edge, or a duplicate of the same face.
   const double min_distance = 1e-6 * static_cast<double>(mesh.box().diagonal());
   std::vector<Hit> hits(samples.size());
@@ -105,7 +113,7 @@ std::vector<Hit> intersect_inward(MeshView mesh, const TriangleBvh& bvh,
       [&](std::int64_t i) {
         const auto k = static_cast<std::size_t>(i);
         hits[k] = first_hit(bvh, Vec3d(samples[k].point), Vec3d(samples[k].normal) * -1,
-                            min_distance, samples[k].triangle);
+                            {min_distance, max_distance}, samples[k].triangle);
       },
       /*grain=*/64);
   return hits;
@@ -179,7 +187,8 @@ std::optional<Vec3> find_wall_midpoint(const TriangleBvh& bvh, const SurfaceSamp
   const Vec3d inward = (Vec3d(sample.normal) + hit.normal) * -1;
   const double length = std::sqrt(dot(inward, inward));
   if (!(length > 0)) return std::nullopt;
-  const Hit behind = first_hit(bvh, Vec3d(middle), inward * (1 / length), 0, sample.triangle);
+  const Hit behind =
+      first_hit(bvh, Vec3d(middle), inward * (1 / length), {0, max_thickness}, sample.triangle);
   if (!(behind.distance < max_thickness) || !(behind.cosine > 0)) return std::nullopt;
   return middle + to_float(inward * (0.5 * behind.distance / length));
 }
@@ -219,7 +228,7 @@ std::vector<double> measure_wall_thicknesses(MeshView mesh, const TriangleBvh& b
 std::vector<Vec3> find_thin_wall_midpoints(MeshView mesh, const TriangleBvh& bvh, double spacing,
                                            double max_thickness, double min_cosine) {
   const std::vector<SurfaceSample> samples = sample_evenly(mesh, spacing);
-  const std::vector<Hit> hits = intersect_inward(mesh, bvh, samples);
+  const std::vector<Hit> hits = intersect_inward(mesh, bvh, samples, max_thickness);
   std::vector<std::optional<Vec3>> midpoint_of_sample(samples.size());
   parallel_for(
       static_cast<std::int64_t>(samples.size()),
