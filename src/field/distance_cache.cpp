@@ -101,6 +101,34 @@ struct MeasuredGrid {
   SmoothDistances spline;
 };
 
+/// Finds the blocks of one layer, along z, of which a value differs from make_smooth_part().
+/// Appends their numbers and all their values.
+void find_near_blocks(const DistanceGrid& distances, const SmoothDistances& spline, int layer,
+                      std::vector<std::uint32_t>& numbers, std::vector<float>& near_values) {
+  const Grid& grid = distances.grid;
+  const Int3 blocks = count_blocks(grid);
+  const int begin = layer * kBlockEdge, end = std::min(begin + kBlockEdge, grid.points.z);
+  const std::size_t points = array3_index(grid.points, 0, 0, 1);  // of a layer
+  std::vector<float> smooth(static_cast<std::size_t>(end - begin) * points);
+  evaluate_spline_layers(spline, grid, begin, end, smooth.data());
+  for (int z = begin; z < end; ++z)
+    close_border(grid, z, smooth.data() + static_cast<std::size_t>(z - begin) * points);
+  const float* const values = distances.values.data();
+  const std::size_t first_point = static_cast<std::size_t>(begin) * points;
+  const std::int64_t per_layer = std::int64_t{blocks.x} * blocks.y;
+  for (std::int64_t b = layer * per_layer; b < (layer + 1) * per_layer; ++b) {
+    bool differs = false;
+    for_each_block_point(grid, b, [&](std::size_t i, std::size_t) {
+      differs |= values[i] != smooth[i - first_point];
+    });
+    if (!differs) continue;
+    numbers.push_back(static_cast<std::uint32_t>(b));
+    near_values.resize(near_values.size() + kBlockPoints);
+    float* to = near_values.data() + near_values.size() - kBlockPoints;
+    for_each_block_point(grid, b, [&](std::size_t i, std::size_t k) { to[k] = values[i]; });
+  }
+}
+
 void put_distances(std::string& bytes, const MeasuredGrid& measured) {
   const auto& [distances, spline] = measured;
   const Grid& grid = distances->grid;
@@ -108,21 +136,23 @@ void put_distances(std::string& bytes, const MeasuredGrid& measured) {
   put(bytes, distances->lipschitz);
   put_grid(bytes, spline.grid);
   put_counted(bytes, spline.values);
-  const std::vector<float>& values = distances->values;
-  const std::vector<float> spline_values = make_smooth_part(spline, grid).values;
-  const Int3 blocks = count_blocks(grid);
-  // The blocks that differ from the spline, and all their values.
+  // The blocks that differ from the spline, and all their values. Each layer of blocks has its own
+  // lists. The spline's values fill a few layers of points at a time, because new memory for all
+  // would take longer than they do.
+  struct NearBlocks {
+    std::vector<std::uint32_t> numbers;
+    std::vector<float> values;
+  };
+  std::vector<NearBlocks> layers(static_cast<std::size_t>(count_blocks(grid).z));
+  parallel_for(static_cast<std::int64_t>(layers.size()), [&](std::int64_t layer) {
+    NearBlocks& near = layers[static_cast<std::size_t>(layer)];
+    find_near_blocks(*distances, spline, static_cast<int>(layer), near.numbers, near.values);
+  });
   std::vector<std::uint32_t> block_numbers;
   std::vector<float> near_values;
-  for (std::int64_t b = 0; b < std::int64_t{blocks.x} * blocks.y * blocks.z; ++b) {
-    bool differs = false;
-    for_each_block_point(
-        grid, b, [&](std::size_t i, std::size_t) { differs |= values[i] != spline_values[i]; });
-    if (!differs) continue;
-    block_numbers.push_back(static_cast<std::uint32_t>(b));
-    near_values.resize(near_values.size() + kBlockPoints);
-    float* to = near_values.data() + near_values.size() - kBlockPoints;
-    for_each_block_point(grid, b, [&](std::size_t i, std::size_t k) { to[k] = values[i]; });
+  for (const NearBlocks& near : layers) {
+    block_numbers.insert(block_numbers.end(), near.numbers.begin(), near.numbers.end());
+    near_values.insert(near_values.end(), near.values.begin(), near.values.end());
   }
   put_counted(bytes, block_numbers);
   put_counted(bytes, near_values);

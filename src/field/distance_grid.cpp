@@ -115,14 +115,18 @@ void extend_to_hidden(const Grid& grid, const std::vector<std::uint8_t>& hidden,
     if (values[n] >= kUnknown) values[n] = 0;
 }
 
-/// Measures signed distances at the coarse points, which are the coefficients of the spline. Sets
-/// `winding_numbers`, one per point, to NaN where they were not computed but concluded from open
-/// edges.
-std::vector<float> measure_coarse(const Solid& solid, const Grid& coarse,
-                                  std::vector<float>& winding_numbers) {
+/// Results of measure_coarse() besides the signed distances, one per coarse point.
+struct CoarsePoints {
+  std::vector<float> face_distances;   ///< distance of the closest face, hidden or not
+  std::vector<float> winding_numbers;  ///< NaN: not computed but concluded from open edges
+};
+
+/// Measures signed distances at the coarse points, which are the coefficients of the spline.
+std::vector<float> measure_coarse(const Solid& solid, const Grid& coarse, CoarsePoints& found) {
   std::vector<float> values(array3_count(coarse.points));
   std::vector<std::uint8_t> hidden(values.size(), 0);
-  winding_numbers.resize(values.size());
+  found.face_distances.resize(values.size());
+  found.winding_numbers.resize(values.size());
   parallel_for(
       std::int64_t{coarse.points.y} * coarse.points.z,
       [&](std::int64_t line) {
@@ -146,7 +150,8 @@ std::vector<float> measure_coarse(const Solid& solid, const Grid& coarse,
             point_is_inside = winding_number >= 0.5;
             change = 0;
           }
-          winding_numbers[static_cast<std::size_t>(n)] =
+          found.face_distances[static_cast<std::size_t>(n)] = closest.distance;
+          found.winding_numbers[static_cast<std::size_t>(n)] =
               change == 0 ? static_cast<float>(winding_number)
                           : std::numeric_limits<float>::quiet_NaN();
           last = closest;
@@ -280,8 +285,8 @@ void measure_block(const Solid& solid, const Block& block, float max_distance,
 }
 
 /// Computes exact distances near the surface, in those of the `blocks` of kCoarse^3 points that may
-/// have a point closer than kFar cells to it. `winding_numbers`: result of measure_coarse().
-void measure_near(const Solid& solid, Int3 blocks, const std::vector<float>& winding_numbers,
+/// have a point closer than kFar cells to it. `found` belongs to their lowest points.
+void measure_near(const Solid& solid, Int3 blocks, const CoarsePoints& found,
                   DistanceGrid& result) {
   const float max_distance = kFar * solid.cell;
   const float half_diagonal = 0.5f * std::sqrt(3.0f) * (kCoarse - 1) * solid.cell;
@@ -289,6 +294,10 @@ void measure_near(const Solid& solid, Int3 blocks, const std::vector<float>& win
   parallel_for(
       std::int64_t{blocks.x} * blocks.y * blocks.z,
       [&](std::int64_t b) {
+        // The middle is half a diagonal away from the lowest point; 1 % is for rounding.
+        if (found.face_distances[static_cast<std::size_t>(b)] >
+            1.01f * (max_distance + 2 * half_diagonal))
+          return;
         const Int3 block = array3_position(blocks, b);
         const Int3 first{block.x * kCoarse, block.y * kCoarse, block.z * kCoarse};
         const Vec3 center = grid_point(result.grid, first) + Vec3{middle, middle, middle};
@@ -296,7 +305,7 @@ void measure_near(const Solid& solid, Int3 blocks, const std::vector<float>& win
         if (closest.triangle == ClosestPoint::kNoTriangle) return;
         const float change =
             2 * half_diagonal * max_winding_slope(solid.open_edges, center, half_diagonal);
-        measure_block(solid, {first, winding_numbers[static_cast<std::size_t>(b)], change},
+        measure_block(solid, {first, found.winding_numbers[static_cast<std::size_t>(b)], change},
                       max_distance, result);
       },
       /*grain=*/4);
@@ -333,9 +342,9 @@ Grid make_distance_grid(const Box& box, float cell) {
           {kCoarse * (n.x - 1) + 1, kCoarse * (n.y - 1) + 1, kCoarse * (n.z - 1) + 1}};
 }
 
-std::vector<float> evaluate_spline(const SmoothDistances& smooth, const Grid& fine) {
+void evaluate_spline_layers(const SmoothDistances& smooth, const Grid& fine, int begin, int end,
+                            float* values) {
   const Int3 n = fine.points, nodes = smooth.grid.points;
-  auto values = make_large_vector<float>(array3_count(n));
   // The three coefficients that contribute to a point, along one axis, and their weights.
   struct Axis {
     int at[3];  // indices, clamped to the coarse grid
@@ -373,11 +382,11 @@ std::vector<float> evaluate_spline(const SmoothDistances& smooth, const Grid& fi
     }
     along_x.push_back(pack);
   }
-  parallel_for(n.z, [&](std::int64_t z) {
-    const Axis az = axis_at(static_cast<int>(z), nodes.z);
-    // The last packs reach beyond the line.
-    const auto node_count = static_cast<std::size_t>(nodes.x);
-    std::vector<float> line(node_count + kCount), out(along_x.size() * kCount);
+  // The last packs reach beyond the line.
+  const auto node_count = static_cast<std::size_t>(nodes.x);
+  std::vector<float> line(node_count + kCount), out(along_x.size() * kCount);
+  for (int z = begin; z < end; ++z) {
+    const Axis az = axis_at(z, nodes.z);
     for (int y = 0; y < n.y; ++y) {
       const Axis ay = axis_at(y, nodes.y);
       std::fill(line.begin(), line.end(), 0.0f);
@@ -394,21 +403,35 @@ std::vector<float> evaluate_spline(const SmoothDistances& smooth, const Grid& fi
         for (int i = 0; i < 3; ++i) sum += pack.weight[i] * permute(coefficients, pack.at[i]);
         Lanes<Pack>::store(&out[k * kCount], sum);
       }
-      std::copy_n(out.begin(), n.x, values.data() + array3_index(n, 0, y, static_cast<int>(z)));
+      std::copy_n(out.begin(), n.x, values + array3_index(n, 0, y, z - begin));
     }
+  }
+}
+
+std::vector<float> evaluate_spline(const SmoothDistances& smooth, const Grid& fine) {
+  const Int3 n = fine.points;
+  auto values = make_large_vector<float>(array3_count(n));
+  parallel_ranges(n.z, /*grain=*/1, [&](std::int64_t begin, std::int64_t end) {
+    const int first = static_cast<int>(begin);
+    evaluate_spline_layers(smooth, fine, first, static_cast<int>(end),
+                           values.data() + array3_index(n, 0, 0, first));
   });
   return values;
+}
+
+void close_border(const Grid& grid, int z, float* layer) {
+  const Int3 n = grid.points;
+  for (int y = 0; y < n.y; ++y) {
+    const bool all = y == 0 || z == 0 || y == n.y - 1 || z == n.z - 1;
+    float* const line = layer + array3_index(n, 0, y, 0);
+    for (int x = 0; x < n.x; x += all ? 1 : n.x - 1) line[x] = std::min(line[x], -grid.cell);
+  }
 }
 
 void close_border(DistanceGrid& distances) {
   const Int3 n = distances.grid.points;
   for (int z = 0; z < n.z; ++z)
-    for (int y = 0; y < n.y; ++y) {
-      const bool all = y == 0 || z == 0 || y == n.y - 1 || z == n.z - 1;
-      float* const line = distances.values.data() + array3_index(n, 0, y, z);
-      for (int x = 0; x < n.x; x += all ? 1 : n.x - 1)
-        line[x] = std::min(line[x], -distances.grid.cell);
-    }
+    close_border(distances.grid, z, distances.values.data() + array3_index(n, 0, 0, z));
 }
 
 void set_lipschitz(DistanceGrid& distances) {
@@ -455,10 +478,10 @@ DistanceGrid compute_signed_distances(const QueriedModel& queried, float cell, f
   solid.may_conclude = open_count == 0 || (open_count <= kMaxOpenEdges && is_usual);
   solid.counts_crossings = solid.may_conclude && is_usual;
   if (!solid.may_conclude) solid.open_edges = {};
-  std::vector<float> winding_numbers;
-  SmoothDistances spline{coarse, measure_coarse(solid, coarse, winding_numbers)};
+  CoarsePoints found;
+  SmoothDistances spline{coarse, measure_coarse(solid, coarse, found)};
   result.values = evaluate_spline(spline, result.grid);
-  measure_near(solid, coarse.points, winding_numbers, result);
+  measure_near(solid, coarse.points, found, result);
   if (thinnest > 0) smooth_thin_parts(model, thinnest, result);
   close_border(result);
   set_lipschitz(result);

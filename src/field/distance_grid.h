@@ -20,8 +20,14 @@ struct SmoothDistances {
 };
 /// Evaluates the spline at all points of `fine`, the distances' grid.
 std::vector<float> evaluate_spline(const SmoothDistances& smooth, const Grid& fine);
+/// Evaluates it at the points of the layers from `begin` to before `end` along z; `values` has room
+/// for them.
+void evaluate_spline_layers(const SmoothDistances& smooth, const Grid& fine, int begin, int end,
+                            float* values);
 /// Lowers the values on the grid's border to at most -grid.cell, so that the border is outside.
 void close_border(DistanceGrid& distances);
+/// Does so in layer `z`, whose values these are.
+void close_border(const Grid& grid, int z, float* layer);
 /// Sets DistanceGrid::lipschitz to a bound, at least 1, of the length of the trilinear
 /// interpolant's gradient. Within a cell, the derivative along an axis lies between the differences
 /// along the cell's four edges of that direction.
