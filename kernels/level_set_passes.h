@@ -196,9 +196,39 @@ void meet_landmarks(Workspace<B>& work, const Regression& regression, const Smoo
                         AddLandmarks{regression.lattice, terms, coefficients}, "regress");
 }
 
+/// Lists the nodes on which the regression depends at the points, in ascending order.
+inline std::vector<std::uint32_t> list_nodes(const Grid& lattice, const std::vector<Vec3>& points) {
+  const Int3 n = lattice.points;
+  const float inv_spacing = 1 / lattice.cell;
+  const auto columns = static_cast<std::size_t>(n.x), rows = static_cast<std::size_t>(n.y);
+  // Most points share their nodes with others, so the lowest of the 3 x 3 x 3 are marked first.
+  std::vector<std::uint8_t> is_lowest(columns * rows * static_cast<std::size_t>(n.z), 0);
+  std::vector<std::uint8_t> is_needed = is_lowest;
+  for (const Vec3 p : points) {
+    const SplineAxis x(p.x, lattice.origin.x, inv_spacing, n.x),
+        y(p.y, lattice.origin.y, inv_spacing, n.y), z(p.z, lattice.origin.z, inv_spacing, n.z);
+    is_lowest[static_cast<std::size_t>(x.first) +
+              columns * (static_cast<std::size_t>(y.first) +
+                         rows * static_cast<std::size_t>(z.first))] = 1;
+  }
+  for (std::size_t lowest = 0; lowest < is_lowest.size(); ++lowest) {
+    if (!is_lowest[lowest]) continue;
+    for (std::size_t k = 0; k < 9; ++k)
+      std::fill_n(is_needed.data() + lowest + columns * (k % 3 + rows * (k / 3)), 3,
+                  std::uint8_t{1});
+  }
+  std::vector<std::uint32_t> listed;
+  for (std::size_t node = 0; node < is_needed.size(); ++node)
+    if (is_needed[node]) listed.push_back(static_cast<std::uint32_t>(node));
+  return listed;
+}
+
 /// Computes the regression's nodes, unless backend memory holds them already, and returns the map.
+/// If `listed` is not empty, only these nodes are computed, and not kept for the next call. The
+/// regression must then have neither landmarks nor thinness.
 template <class B>
-SmoothMap compute_map(Workspace<B>& work, const std::shared_ptr<const Regression>& regression) {
+SmoothMap compute_map(Workspace<B>& work, const std::shared_ptr<const Regression>& regression,
+                      const std::vector<std::uint32_t>& listed = {}) {
   const Int3 n = regression->lattice.points;
   const std::int64_t nodes = std::int64_t{n.x} * n.y * n.z;
   const View<float> coefficients =
@@ -207,10 +237,18 @@ SmoothMap compute_map(Workspace<B>& work, const std::shared_ptr<const Regression
   if (regression == work.uploaded_regression) return map;
   work.uploaded_regression.reset();
   const UploadedSamples uploaded = upload_samples(work, *regression);
-  work.backend.for_teams((nodes + RegressNodes::kNodes - 1) / RegressNodes::kNodes,
-                         RegressNodes{regression->lattice, uploaded.samples, uploaded.values,
-                                      regression->sloped, coefficients},
+  RegressNodes regress{regression->lattice, uploaded.samples, uploaded.values,
+                       regression->sloped,  coefficients,     /*listed=*/{}};
+  const auto listed_count = static_cast<std::int64_t>(listed.size());
+  if (listed_count > 0) {
+    const View<std::uint32_t> indices = work.regressed_nodes.resize(work.backend, listed_count);
+    work.backend.upload(indices, listed.data());
+    regress.listed = indices;
+  }
+  const std::int64_t computed = listed_count > 0 ? listed_count : nodes;
+  work.backend.for_teams((computed + RegressNodes::kNodes - 1) / RegressNodes::kNodes, regress,
                          "regress");
+  if (listed_count > 0) return map;
   if (!regression->landmarks.empty()) meet_landmarks(work, *regression, map, coefficients);
   if (regression
           ->thinness[0]) {  // both objects have one: the level's weight is small in thin parts
@@ -227,7 +265,15 @@ SmoothMap compute_map(Workspace<B>& work, const std::shared_ptr<const Regression
 template <class B>
 void sample_map(Workspace<B>& work, const std::shared_ptr<const Regression>& regression,
                 const std::vector<Vec3>& points, std::vector<AttributeValues>& values) {
-  const SmoothMap map = compute_map(work, regression);
+  // A few points depend on a part of the nodes. Landmarks change all of them, and depend on others.
+  const Int3 size = regression->lattice.points;
+  const std::size_t nodes = static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) *
+                            static_cast<std::size_t>(size.z);
+  std::vector<std::uint32_t> listed;
+  if (regression != work.uploaded_regression && regression->landmarks.empty() &&
+      !regression->thinness[0] && points.size() < nodes)
+    listed = list_nodes(regression->lattice, points);
+  const SmoothMap map = compute_map(work, regression, listed);
   const auto n = static_cast<std::int64_t>(points.size());
   values.resize(points.size() * static_cast<std::size_t>(regression->maps));
   const View<Vec3> at = work.points.resize(work.backend, n);

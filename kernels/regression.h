@@ -48,7 +48,7 @@ template <class T>
 using LoadedOnce = const T&;
 #endif
 
-/// Computes the coefficients at the lattice's nodes, kNodes per team. A team's threads share the
+/// Computes the coefficients at nodes of the lattice, kNodes per team. A team's threads share the
 /// samples: these are split into kChunks chunks, each of which has its own sums. The chunks' sums
 /// are added in a fixed order.
 struct RegressNodes {
@@ -62,7 +62,8 @@ struct RegressNodes {
   View<const KernelSample> samples;
   View<const BallAttribute> values;  ///< two per sample
   bool sloped = false;
-  View<float> nodes;  ///< kRegressionValues each
+  View<float> nodes;                 ///< kRegressionValues each
+  View<const std::uint32_t> listed;  ///< indices of the nodes to be computed; empty: all
 
   template <class Team>
   PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t team_index) const {
@@ -70,11 +71,14 @@ struct RegressNodes {
     // A GPU's thread sums two nodes at once, so that it loads half as many samples.
     constexpr int kLanes = Lanes<V>::kCount, kAtOnce = kLanes == 1 ? 2 : 1,
                   kPacks = kNodes / kLanes / kAtOnce;
-    const std::int64_t count = nodes.size / kRegressionValues;
+    const std::int64_t count = listed.size > 0 ? listed.size : nodes.size / kRegressionValues;
+    const auto node_at = [&](std::int64_t i) {
+      return listed.size > 0 ? listed[i] : static_cast<std::uint32_t>(i);
+    };
     team.each(kNodes, [&](int l) {
-      const std::int64_t node = team_index * kNodes + l;
+      const std::int64_t i = team_index * kNodes + l;
       // Lanes beyond the last node repeat it.
-      const auto n = static_cast<std::uint32_t>(node < count ? node : count - 1);
+      const std::uint32_t n = node_at(i < count ? i : count - 1);
       const auto columns = static_cast<std::uint32_t>(lattice.points.x),
                  rows = static_cast<std::uint32_t>(lattice.points.y);
       const Vec3 p =
@@ -117,8 +121,8 @@ struct RegressNodes {
       Lanes<V>::store(value, Lanes<V>::load(scratch.sums[0][k] + first) /
                                  Lanes<V>::load(scratch.sums[0][kRegressionValues] + first));
       for (int l = 0; l < kLanes; ++l) {
-        const std::int64_t node = team_index * kNodes + first + l;
-        if (node < count) nodes[node * kRegressionValues + k] = value[l];
+        const std::int64_t i = team_index * kNodes + first + l;
+        if (i < count) nodes[std::int64_t{node_at(i)} * kRegressionValues + k] = value[l];
       }
     });
   }

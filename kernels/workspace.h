@@ -60,6 +60,7 @@ struct Workspace {
   // Regression (regression.h).
   Buffer<KernelSample> kernel_samples;
   Buffer<float> lattice_nodes;
+  Buffer<std::uint32_t> regressed_nodes;                  ///< RegressNodes::listed
   std::shared_ptr<const Regression> uploaded_regression;  ///< contents of lattice_nodes
   Buffer<Strain> strain[2];  ///< read and written in turn by the passes along the axes
   Buffer<Vec3> landmark_positions;

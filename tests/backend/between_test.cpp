@@ -296,6 +296,31 @@ TEST_P(BetweenTest, RegressionReproducesAffineMapsExactly) {
   }
 }
 
+/// Only the nodes around a few points are computed.
+TEST_P(BetweenTest, FewPointsHaveTheValuesThatTheyHaveAmongMany) {
+  const auto map = random_map(40, 1, 5, true);
+  const Int3 nodes = map->lattice.points;
+  std::vector<Vec3> points = scattered(nodes.x * nodes.y * nodes.z, 6);
+  // Points at the lattice's ends, and beyond.
+  for (const float far : {-10.0f, 10.0f}) points.push_back({far, 0.1f * far, far});
+  const std::vector<AttributeValues> all = regress(map, points);
+  const auto expect_same = [&](const std::vector<AttributeValues>& values, std::size_t first) {
+    EXPECT_TRUE(std::equal(values.begin(), values.end(),
+                           all.begin() + static_cast<std::ptrdiff_t>(2 * first),
+                           [](const AttributeValues& a, const AttributeValues& b) {
+                             return std::equal(std::begin(a.v), std::end(a.v), std::begin(b.v));
+                           }))
+        << first;
+  };
+  for (const std::size_t first : {std::size_t{0}, std::size_t{50}, points.size() - 2}) {
+    const auto fresh = std::make_shared<Regression>(*map);
+    const std::vector<Vec3> few(points.begin() + static_cast<std::ptrdiff_t>(first),
+                                points.begin() + static_cast<std::ptrdiff_t>(first + 2));
+    expect_same(regress(fresh, few), first);
+    expect_same(regress(fresh, points), 0);  // the other nodes, too
+  }
+}
+
 TEST_P(BetweenTest, RegressionTakesLandmarksWhereTheyBelong) {
   const auto plain = random_map(40, 0.5f, 5, true);
   const auto map = map_with_landmarks(*plain, 12, 0.3f, 9);
