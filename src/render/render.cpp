@@ -207,6 +207,7 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   World& world = job.world;
   world.geometry = &geometry;
   world.bounds = geometry.bounds();
+  world.upright_radius = geometry.upright_radius();
   world.epsilon = geometry.epsilon();
   world.sky = state.sky;
   world.suns = suns;

@@ -61,5 +61,32 @@ TEST(Scatter, TheGlossSkyHasTheMeanOfBsdfSamplesAndLessNoise) {
       }
 }
 
+TEST(Scatter, DirectionsTowardsTheObjectsHaveTheMeanOfThoseByTheCosineAndLessNoise) {
+  World world;
+  world.bounds = {{-1, 0.2f, -0.5f}, {1, 1.7f, 0.5f}};
+  world.center = world.bounds.center();
+  world.upright_radius = std::sqrt(1.25f);
+  for (const float distance : {1.2f, 1.6f, 2.5f, 6.0f, 12.0f})
+    for (const float turn : {0.0f, 0.3f, 2.0f}) {
+      const Vec3 origin{distance * std::sin(turn), 0, distance * std::cos(turn)};
+      // The share of an even sky that the box around the objects hides.
+      const auto hidden = [&](bool may_aim) {
+        return moments([&, may_aim](float u, float v) {
+          const auto sample = sample_floor_direction(world, origin, u, v, may_aim);
+          EXPECT_EQ(sample.aimed, may_aim);
+          const bool hit = !misses_box(world.bounds, Ray{origin, sample.direction});
+          return Vec3{0, hit ? sample.weight : 0, 0};
+        });
+      };
+      const auto [by_cosine, deviation] = hidden(false);
+      const auto [aimed, noise] = hidden(true);
+      SCOPED_TRACE(::testing::Message() << distance << " away, turned by " << turn);
+      EXPECT_NEAR(aimed, by_cosine, 0.005 * by_cosine + 1e-4);
+      EXPECT_LT(noise, 0.75 * deviation);
+    }
+  // Within the cylinder the objects may be anywhere.
+  EXPECT_FALSE(sample_floor_direction(world, Vec3{0.5f, 0, 0.9f}, 0.4f, 0.3f, true).aimed);
+}
+
 }  // namespace
 }  // namespace polymorph

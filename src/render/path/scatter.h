@@ -47,6 +47,10 @@ struct VerticesOf {
 
 // Lobes sharper than this count as mirrors, which do not set kScattered.
 inline constexpr float kMirrorAlpha = 0.1f;
+// Density of the rays from the floor towards the objects, relative to sampling by the cosine, for
+// the first vertex of a path (FloorDirectionOf). Of six scenes with 16 samples, 4 lowers the mean
+// FLIP by 17 % and takes 14 % more time (2: 10 and 7 %, 6: 19 and 18 %; measured).
+inline constexpr float kObjectDensity = 4;
 // Directions per path in estimate_gloss_sky(). Of six scenes with 16 samples, 4 directions lower
 // the mean FLIP by 10 % and take 10 % more time (2: 7 and 4 %, 8: 10 and 17 %); in a preview of one
 // sample they lower it by 20 to 29 % (measured).
@@ -160,6 +164,47 @@ PM_HD ComponentOf<T3> control_variate_weight(const World& world, const T3& point
   return select(hidden < 0.1f, broadcast<V>(1), 1.0f - hidden);
 }
 
+/// The next direction of a path on the floor.
+template <class T3>
+struct FloorDirectionOf {
+  T3 direction;
+  ComponentOf<T3> weight;  ///< pdf by the cosine over the pdf of the sample; 0: no ray is needed
+  MaskOf<T3> aimed;        ///< lanes whose direction is towards the objects
+};
+
+/// Samples a direction from a point on the floor, by the cosine or, in those lanes of `may_aim`
+/// that are outside the upright cylinder around the meshes, towards that cylinder. Only there can
+/// something hide the sky, whose light has been added (PathOf::control_variate). On the unit disc
+/// of directions by the cosine, a sector of a ring contains the directions to the cylinder. The
+/// smaller it is, the fewer samples go there: kObjectDensity times as many as by the cosine.
+template <class T3>
+PM_HD_CALL FloorDirectionOf<T3> sample_floor_direction(const World& world, const T3& origin,
+                                                       ComponentOf<T3> u, ComponentOf<T3> v,
+                                                       MaskOf<T3> may_aim) {
+  using V = ComponentOf<T3>;
+  const T3 local = cosine_direction(u, v);
+  const T3 by_cosine{local.x, local.z, -local.y};  // from z up to y up
+  const V x = world.center.x - origin.x, z = world.center.z - origin.z;
+  const V distance = sqrt(x * x + z * z), gap = distance - world.upright_radius;
+  const MaskOf<T3> aimed = may_aim & (gap > 0.0f);
+  if (!any(aimed)) return {by_cosine, broadcast<V>(1), aimed};
+  // The sector's half angle, in turns: asin(s) is at most s + (pi / 2 - 1) s^3.
+  const V sine = world.upright_radius / distance;
+  const V half_angle = (sine + (0.5f * kPi - 1) * sine * sine * sine) * (0.5f * kInvPi);
+  const V height = max(world.bounds.high.y - origin.y, 0.0f);
+  const V inner2 = gap * gap / (gap * gap + height * height);  // square of the ring's inner radius
+  const V fraction = 2.0f * half_angle * (1.0f - inner2);      // of the disc's area
+  const V probability = min(kObjectDensity * fraction, 1.0f);
+  const V radius2 = inner2 + (1.0f - inner2) * min(u / probability, 1.0f);
+  const Vec2Of<V> turn = cos_sin_turns<V>((2.0f * v - 1.0f) * half_angle);
+  const V scale = sqrt(radius2) / distance;
+  const T3 towards{(x * turn.x - z * turn.y) * scale, sqrt(max(1.0f - radius2, 0.0f)),
+                   (z * turn.x + x * turn.y) * scale};
+  return {select(aimed, towards, by_cosine),
+          select(aimed, zero_unless(u < probability, fraction / probability), broadcast<V>(1)),
+          aimed};
+}
+
 /// Factor that fades out light from directions above the smooth surface but near or below the
 /// triangle's horizon. It follows Chiang et al. 2019, "Taming the shadow terminator", but acts only
 /// near the terminator: their term shows every facet of a coarse mesh.
@@ -269,7 +314,6 @@ PM_HD MaskOf<T3> scatter_on_floor(const World& world, VerticesOf<T3, Shadows>& v
   // The other lights and the calm sky.
   vertices.records_unlit = records_unlit;
   add_more_lights(world, vertices, random, lambert);
-  const V variate_weight = control_variate_weight(world, vertices.origin);
   const T3 sky_light = path.throughput * albedo * kInvPi * world.sky.upper_irradiance;
   path.unlit = path.unlit + zero_unless(records_unlit, luminance(sky_light));
   if (world.direct_only) {
@@ -278,18 +322,23 @@ PM_HD MaskOf<T3> scatter_on_floor(const World& world, VerticesOf<T3, Shadows>& v
     path.radiance = path.radiance + sky_light * (1.0f - occluded * (1 - kGuessedBounce));
     return MaskOf<T3>{};
   }
-  path.radiance = path.radiance + sky_light * variate_weight;
 
-  // The next direction.
-  const T3 local = cosine_direction(sample.c, sample.d);
-  const T3 direction{local.x, local.z, -local.y};  // from z up to y up
+  // The next direction. The bright part of a sky needs directions by the cosine, whose pdf its
+  // weights assume.
+  const MaskOf<T3> may_aim =
+      has(path, kFromCamera) & broadcast_mask<MaskOf<T3>>(!world.sky.has_bright);
+  const auto [direction, weight, aimed] =
+      sample_floor_direction(world, vertices.origin, sample.c, sample.d, may_aim);
+  const V variate_weight =
+      select(aimed, broadcast<V>(1), control_variate_weight(world, vertices.origin));
+  path.radiance = path.radiance + sky_light * variate_weight;
   path.ray = {vertices.origin, direction, path.ray.time};
   path.pdf = kInvPi * direction.y;
-  path.throughput = path.throughput * albedo;
+  path.throughput = path.throughput * albedo * weight;
   path.control_variate = path.throughput * variate_weight;
   set(path, kHitsLights | kFromCamera, MaskOf<T3>{});
   set(path, kScattered, broadcast_mask<MaskOf<T3>>(true));
-  const MaskOf<T3> upward = vertices.live & (direction.y > 0.0f);
+  const MaskOf<T3> upward = vertices.live & (weight > 0.0f) & (direction.y > 0.0f);
   if (world.sky.has_bright) return upward;
   // For rays that miss all meshes the control variate is exact. They need not be traced, but are
   // counted.

@@ -18,6 +18,7 @@ namespace polymorph {
 struct World {
   const TracedScene* geometry = nullptr;  ///< null on a GPU
   Box bounds;                             ///< TracedScene::bounds()
+  float upright_radius = 0;               ///< TracedScene::upright_radius()
   float epsilon = 0;                      ///< TracedScene::epsilon()
   SkyTables sky;
   std::span<const DistantLight> suns;  ///< the key light first

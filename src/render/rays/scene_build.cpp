@@ -143,19 +143,26 @@ bool attach_mesh(RTCDevice device, RTCScene scene, MeshToTrace& traced, unsigned
   return indices != nullptr;
 }
 
-/// Computes the bounds of all triangles while the shutter is open.
-Box compute_bounds(const std::vector<MeshToTrace>& meshes) {
-  Box box;
+/// Calls f(position) for each corner of all triangles; if a mesh moves, for the positions when the
+/// shutter opens and closes.
+template <class F>
+void for_each_corner(const std::vector<MeshToTrace>& meshes, const F& f) {
   for (const MeshToTrace& traced : meshes)
     for (const Triangle& t : traced.mesh->triangles)
       for (const std::uint32_t v : t.v) {
         if (!traced.moves()) {
-          box = extend(box, traced.mesh->positions[v]);
+          f(traced.mesh->positions[v]);
           continue;
         }
-        box = extend(box, displace(*traced.mesh, v, -0.5f * traced.shutter));
-        box = extend(box, displace(*traced.mesh, v, 0.5f * traced.shutter));
+        f(displace(*traced.mesh, v, -0.5f * traced.shutter));
+        f(displace(*traced.mesh, v, 0.5f * traced.shutter));
       }
+}
+
+/// Computes the bounds of all triangles while the shutter is open.
+Box compute_bounds(const std::vector<MeshToTrace>& meshes) {
+  Box box;
+  for_each_corner(meshes, [&](Vec3 position) { box = extend(box, position); });
   return box;
 }
 
@@ -230,6 +237,13 @@ TracedScene::TracedScene(const std::vector<RenderMesh>& meshes, float shutter,
   }
   const Vec3 pad = Vec3{1, 1, 1} * epsilon_;  // more than the rounding errors of misses_box()
   bounds_ = {low - pad, high + pad};
+  const Vec3 center = bounds_.center();
+  float radius2 = 0;
+  for_each_corner(meshes_, [&](Vec3 position) {
+    const Vec3 offset = position - center;
+    radius2 = std::max(radius2, offset.x * offset.x + offset.z * offset.z);
+  });
+  upright_radius_ = std::sqrt(radius2) + epsilon_;
 }
 
 Status TracedScene::build_hierarchy(const RayDevice& device) {

@@ -106,6 +106,9 @@ class TracedScene {
   const MeshToTrace& mesh_to_trace(std::uint32_t index) const { return meshes_[index]; }
   /// Bounds of all triangles; empty without triangles.
   const Box& bounds() const { return bounds_; }
+  /// Radius of the cylinder around all triangles whose axis is vertical (y) and runs through the
+  /// centre of bounds(); 0 without triangles.
+  float upright_radius() const { return upright_radius_; }
   float epsilon() const { return epsilon_; }  ///< offset of rays from the surface that they leave
   /// Maximum error of Embree's distances, except for grazing rays.
   float slack() const { return max_length_ * 0x1p-14f; }
@@ -121,6 +124,7 @@ class TracedScene {
   std::unique_ptr<RTCSceneTy, Release> scene_;
   std::vector<MeshToTrace> meshes_;
   Box bounds_;
+  float upright_radius_ = 0;
   float epsilon_ = 0;
   float max_length_ = 0;  ///< maximum distance from a ray's origin to a hit
 };
