@@ -469,7 +469,8 @@ class CudaBackend {
   }
 
  private:
-  /// Whether the device and this program's code for it have what wait_for_previous_kernel() needs.
+  /// Tests whether the device and this program's code for it have what wait_for_previous_kernel()
+  /// needs.
   bool can_overlap_kernels() const {
     int major = 0;
     cudaFuncAttributes code = {};
@@ -669,7 +670,8 @@ class CudaBackend {
 
   int device_ = 0, processors_ = 1;
   bool overlaps_kernels_ = false, times_passes_ = false;
-  cudaStream_t stream_ = nullptr, copy_stream_ = nullptr;  ///< of the passes; of downloads
+  cudaStream_t stream_ = nullptr;       ///< stream of the passes
+  cudaStream_t copy_stream_ = nullptr;  ///< stream of downloads
   char* staging_ = nullptr;  ///< pinned memory: kStagingBytes for downloads, then for uploads
   std::array<cudaEvent_t, kChunks> arrived_ = {};  ///< per chunk of the memory for downloads
   std::array<cudaEvent_t, 2> written_ = {};        ///< per value of Written

@@ -38,7 +38,7 @@ struct ExtractSettings {
   /// False: the mesh stays on the device and is lost with the next call; for measurements. The CPU
   /// backend writes directly into the mesh and ignores this.
   bool download = true;
-  /// Whether pass_times() will be asked for this call. On a GPU no pass then starts before the one
+  /// If true, pass_times() can be called afterwards. On a GPU no pass then starts before the one
   /// before it has ended, which costs 0.01 ms.
   bool time_passes = false;
 };

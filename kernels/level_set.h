@@ -31,7 +31,7 @@
 
 namespace polymorph {
 
-/// Whether two threads of a team share each point of a Field or each box of its bounds. A CPU's
+/// True if two threads of a team share each point of a Field or each box of its bounds. A CPU's
 /// thread is a team of its own.
 template <class Team, class FieldOrBounds>
 constexpr bool kHalves = FieldOrBounds::kHasHalves && (Team::kGroup > 1);
@@ -45,8 +45,8 @@ struct ClassifyNodes {
     /// Per child of a team: the bounds in its box, and whether the surface can cross that box.
     typename Bounds::Local local[kChildren];
     bool crosses[kChildren];
-    /// Where two threads share a box: the children that it can cross, whose elements of `local`
-    /// have the same order.
+    /// If two threads share a box: the children that the surface can cross. Their elements of
+    /// `local` have the same order.
     int crossed[kChildren], crossed_count;
   };
   Grid grid;
@@ -254,7 +254,7 @@ struct PrepareNodes {
 /// (CountBricks). One team per brick.
 template <class Field>
 struct SampleLevelSet : CountBricks {
-  /// With eight teams on a multiprocessor each thread has 64 registers.
+  /// Eight teams on a multiprocessor leave 64 registers to each thread.
   static constexpr int kThreads = 128, kMinTeams = 8;
   struct Scratch : CountBricks::Scratch {
     typename Field::BrickScratch field;

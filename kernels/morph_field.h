@@ -129,7 +129,7 @@ struct MorphField {
     b = map.apply(1, p, Points<V>{m[4], m[5], m[6]});
   }
 
-  /// What an object (0 or 1) adds to the gradient at a point.
+  /// Contribution of an object (0 or 1) to the gradient at a point.
   template <class V>
   struct ObjectSlope {
     V value;          ///< S(D)
@@ -193,9 +193,10 @@ struct MorphField {
   /// object's units.
   template <class V>
   PM_HD DistanceField::Range<V> object_range(int o, const Points<V>& x, V min_t, V max_t) const {
-    const V least = own_progress(o, o == 0 ? min_t : max_t),
-            most = own_progress(o, o == 0 ? max_t : min_t);
-    return object[o].value_range(x, object[o].detail_share(most), object[o].detail_share(least));
+    const V min_progress = own_progress(o, o == 0 ? min_t : max_t),
+            max_progress = own_progress(o, o == 0 ? max_t : min_t);
+    return object[o].value_range(x, object[o].detail_share(max_progress),
+                                 object[o].detail_share(min_progress));
   }
   /// Returns S of an object's distance, which may be `change` longer.
   template <class V>
@@ -232,20 +233,21 @@ struct MorphField::Half {
     float m[4];
     field.map.spline(p, own, m);
     const float fourth = swap(m[3]), t = of_source(m[3], fourth), w = of_target(m[3], fourth);
-    const float mine = field.object_value(own, p, m, t), others = swap(mine);
-    return field.mix(of_source(mine, others), of_target(mine, others), t, w);
+    const float own_value = field.object_value(own, p, m, t), other_value = swap(own_value);
+    return field.mix(of_source(own_value, other_value), of_target(own_value, other_value), t, w);
   }
 
   PM_HD Points<float> negated_gradient(const Points<float>& p) const {
     float m[4], slopes[3][4];
     field.map.spline(p, own, m, slopes);
     const float t = of_source(m[3], swap(m[3]));
-    const ObjectSlope<float> mine = field.object_slope(own, p, m, slopes, t);
+    const ObjectSlope<float> own_slope = field.object_slope(own, p, m, slopes, t);
     const Points<float> fourth = {slopes[0][3], slopes[1][3], slopes[2][3]};
-    const ObjectSlope<float> others = {swap(mine.value), swap(mine.by_progress), swap(mine.slope)};
+    const ObjectSlope<float> other_slope = {swap(own_slope.value), swap(own_slope.by_progress),
+                                            swap(own_slope.slope)};
     const Points<float> other_fourth = swap(fourth);
-    return own == 0 ? field.mix_slopes(mine, others, t, fourth, other_fourth)
-                    : field.mix_slopes(others, mine, t, other_fourth, fourth);
+    return own == 0 ? field.mix_slopes(own_slope, other_slope, t, fourth, other_fourth)
+                    : field.mix_slopes(other_slope, own_slope, t, other_fourth, fourth);
   }
   PM_HD static Points<float> swap(const Points<float>& a) {
     return {swap(a.x), swap(a.y), swap(a.z)};
@@ -339,7 +341,7 @@ struct MorphBounds {
                           0.0f);
   }
 
-  /// How far the distances, t and c w can change from the middle of a box, and the ends of the
+  /// Maximum changes of the distances, t and c w from the middle of a box, and the ends of the
   /// ranges of t and of b.
   template <class V>
   struct Ranges {
@@ -380,29 +382,30 @@ struct MorphBounds::Half {
 
   template <class Team>
   PM_HD Local local(const Team&, const NodeBox& box) const {
-    const Strain mine = bounds.largest_strain(box, field.own, /*step=*/2);
+    const Strain own_strain = bounds.largest_strain(box, field.own, /*step=*/2);
     const auto swap = [](Vec3 v) {
       return Vec3{MorphField::Half::swap(v.x), MorphField::Half::swap(v.y),
                   MorphField::Half::swap(v.z)};
     };
-    return lengths(
-        max_strain(mine, {swap(mine.maps), {swap(mine.fourth[0]), swap(mine.fourth[1])}}));
+    return lengths(max_strain(
+        own_strain,
+        {swap(own_strain.maps), {swap(own_strain.fourth[0]), swap(own_strain.fourth[1])}}));
   }
   PM_HD std::uint32_t crossing_boxes(const Points<float>& p, Vec3 half, const Local& strain_length,
                                      bool has_rim) const {
     const int own = field.own;
-    const MorphField& whole = bounds.field;
+    const MorphField& morph = bounds.field;
     float m[4];
-    whole.map.spline(p, own, m);
+    morph.map.spline(p, own, m);
     const float fourth = field.swap(m[3]);
     const Ranges<float> ranges(bounds, half, strain_length, field.of_source(m[3], fourth),
                                field.of_target(m[3], fourth));
     const auto range =
-        whole.object_range(own, whole.map.apply(own, p, Points<float>{m[0], m[1], m[2]}),
+        morph.object_range(own, morph.map.apply(own, p, Points<float>{m[0], m[1], m[2]}),
                            ranges.min_progress, ranges.max_progress);
-    const float high = whole.object_bound(own, range.high, ranges.max_change),
+    const float high = morph.object_bound(own, range.high, ranges.max_change),
                 other_high = field.swap(high);
-    const float low = whole.object_bound(own, range.low, -ranges.max_change),
+    const float low = morph.object_bound(own, range.low, -ranges.max_change),
                 other_low = field.swap(low);
     const bool can_be_inside =
         ranges.high(field.of_source(high, other_high), field.of_target(high, other_high)) > 0.0f;

@@ -22,7 +22,7 @@ struct View {
   PM_HD T& operator[](std::int64_t i) const { return data[i]; }
 };
 
-/// What has been written when a part of a mesh may be downloaded: the triangles, or the whole mesh.
+/// State of a mesh of which a part may be downloaded: its triangles are written, or all of it is.
 enum class Written : std::uint8_t { kTriangles, kMesh };
 
 }  // namespace polymorph

@@ -38,7 +38,7 @@ struct FrameJob {
   bool meshes_move = false;  ///< whether any mesh moves
   ImageSettings image;
   FrameSampler sampler;
-  /// Whether the only sample of each pixel goes through its centre; the film then has AOVs.
+  /// If true, the only sample of each pixel goes through its centre, and the film has AOVs.
   bool samples_centers = false;
   std::vector<const Aov*> aovs;    ///< AOV channels of the film, in order
   const Mattes* mattes = nullptr;  ///< not null; has no layers if the picture has no mattes
