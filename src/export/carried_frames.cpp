@@ -14,7 +14,7 @@
 namespace polymorph {
 namespace {
 
-/// Limit of the memory for surfaces that carry_actor() stores, in bytes.
+/// Limit of the memory for surfaces that an actor stores, in bytes.
 constexpr std::size_t kMaxStoredBytes = std::size_t{256} << 20;
 
 constexpr const char* kAdvice =
@@ -70,10 +70,13 @@ std::string describe(const MeshReport& report) {
   return fmt::format("{} of genus {}", plural(report.components, "part"), report.genus);
 }
 
+/// Makes the surface of a leg at a time.
+using MakeSurface = std::function<Result<std::shared_ptr<const LegSurface>>(float time)>;
+
 /// Checks that the topology is the same in all states. Returns the index of the state with the
 /// largest surface, which has the most area for the mesh to represent.
 Result<std::size_t> check_topology(const ActorFrames& actor_frames, const CarriedActor& carried,
-                                   const MovingSurface& surface) {
+                                   const MakeSurface& make_surface) {
   const auto& [scene, actor, frames] = actor_frames;
   std::size_t largest = 0, first_frame = 0;
   double area = -1;
@@ -81,32 +84,34 @@ Result<std::size_t> check_topology(const ActorFrames& actor_frames, const Carrie
   for (std::size_t k = 0; k < carried.states.size(); ++k) {
     // Find the first of the frames that show state k.
     while (carried.state_of_frame[first_frame] != k) ++first_frame;
-    PM_TRY(const CarryTarget target, surface.at(carried.states[k].time));
-    if (target.surface.triangles.empty())
+    PM_TRY(const std::shared_ptr<const LegSurface> surface, make_surface(carried.states[k].time));
+    if (surface->mesh.triangles.empty())
       return make_error(ErrorCode::kInput, "{}: frame {} shows no surface - {}", actor.name,
                         frames[first_frame], kAdvice);
-    const MeshReport report = check_mesh(target.surface);
+    const MeshReport report = check_mesh(surface->mesh);
     if (report.area > area) area = report.area, largest = k;
     if (k == 0) first = report;
     if (report.components == first.components && report.genus == first.genus) continue;
     // The message names the point, of either surface, that is furthest from the other surface.
-    PM_TRY(const CarryTarget previous, surface.at(carried.states[k - 1].time));
-    const auto find_furthest = [](const CarryTarget& from, const CarryTarget& to) {
-      const std::vector<ClosestPoint> hits = to.tree->closest(from.surface.positions);
+    PM_TRY(const std::shared_ptr<const LegSurface> previous,
+           make_surface(carried.states[k - 1].time));
+    const auto find_furthest = [](const Mesh& from, const Mesh& to) {
+      const std::vector<ClosestPoint> hits =
+          ClosestPointQuery(to.positions, to.triangles).closest(from.positions);
       const auto farthest_hit = std::max_element(
           hits.begin(), hits.end(),
           [](const ClosestPoint& a, const ClosestPoint& b) { return a.distance < b.distance; });
-      return std::pair(farthest_hit->distance, from.surface.positions[farthest_hit - hits.begin()]);
+      return std::pair(farthest_hit->distance, from.positions[farthest_hit - hits.begin()]);
     };
-    const auto from_target = find_furthest(target, previous),
-               from_previous = find_furthest(previous, target);
+    const auto from_present = find_furthest(surface->mesh, previous->mesh),
+               from_previous = find_furthest(previous->mesh, surface->mesh);
     return make_error(
         ErrorCode::kInput,
         "{}: the topology changes: frame {} has {}, and frame {} has {}; they differ "
         "most at {} - {}",
         actor.name, frames[first_frame - 1], describe(first), frames[first_frame], describe(report),
-        format_position(actor, from_target.first > from_previous.first ? from_target.second
-                                                                       : from_previous.second),
+        format_position(actor, from_present.first > from_previous.first ? from_present.second
+                                                                        : from_previous.second),
         kAdvice);
   }
   return largest;
@@ -150,21 +155,28 @@ Result<CarriedActor> carry_actor(const ActorFrames& actor_frames, Engine& engine
   const Leg& leg = *actor_frames.actor.legs[static_cast<std::size_t>(carried.states.front().leg)];
   // Describe the moving surface: its mesh at a time, and the motion of points along it. Surfaces of
   // the frames' states are needed several times, surfaces at times between them once.
-  MovingSurface surface;
-  std::vector<std::pair<float, Mesh>> stored_surfaces;
+  carried.surfaces.resize(carried.states.size());
   std::size_t stored_bytes = 0;
-  surface.at = [&](float time) -> Result<CarryTarget> {
+  const auto make_surface = [&](float time) -> Result<std::shared_ptr<const LegSurface>> {
     PM_TRY_STATUS(check_stop());
-    for (const auto& [stored_time, mesh] : stored_surfaces)
-      if (stored_time == time) return make_carry_target(mesh);
-    PM_TRY(LegSurface state_surface, leg_surface(leg, time, engine));
-    const std::size_t bytes = state_surface.mesh.positions.size() * 2 * sizeof(Vec3) +
-                              state_surface.mesh.triangles.size() * sizeof(Triangle);
-    const bool is_frame = std::any_of(carried.states.begin(), carried.states.end(),
-                                      [&](const MorphState& state) { return state.time == time; });
+    const auto state =
+        std::find_if(carried.states.begin(), carried.states.end(),
+                     [&](const MorphState& candidate) { return candidate.time == time; });
+    const bool is_frame = state != carried.states.end();
+    const auto k = static_cast<std::size_t>(state - carried.states.begin());
+    if (is_frame && carried.surfaces[k]) return carried.surfaces[k];
+    PM_TRY(LegSurface new_surface, leg_surface(leg, time, engine));
+    const std::size_t bytes = new_surface.mesh.positions.size() * 2 * sizeof(Vec3) +
+                              new_surface.mesh.triangles.size() * sizeof(Triangle);
+    auto kept = std::make_shared<const LegSurface>(std::move(new_surface));
     if (is_frame && stored_bytes + bytes <= kMaxStoredBytes)
-      stored_surfaces.emplace_back(time, state_surface.mesh), stored_bytes += bytes;
-    return make_carry_target(std::move(state_surface.mesh));
+      carried.surfaces[k] = kept, stored_bytes += bytes;
+    return kept;
+  };
+  MovingSurface surface;
+  surface.at = [&](float time) -> Result<CarryTarget> {
+    PM_TRY(const std::shared_ptr<const LegSurface> state_surface, make_surface(time));
+    return make_carry_target(state_surface->mesh);
   };
   surface.flow = [&](std::span<const Vec3> from, float time,
                      float next) -> Result<std::vector<Vec3>> {
@@ -177,7 +189,7 @@ Result<CarriedActor> carry_actor(const ActorFrames& actor_frames, Engine& engine
     return points;
   };
   std::optional<Activity> activity(std::in_place, "comparing the topology of frames");
-  PM_TRY(const std::size_t start, check_topology(actor_frames, carried, surface));
+  PM_TRY(const std::size_t start, check_topology(actor_frames, carried, make_surface));
   activity.reset();
   // Carry the mesh of the state with the largest surface to the other states.
   const float size = std::min(object_size(leg, 0), object_size(leg, 1));
@@ -206,7 +218,12 @@ Result<SurfaceFrame> make_carried_frame(const ActorFrames& actor_frames,
                                         Engine& engine) {
   const auto& [scene, actor, frames] = actor_frames;
   const std::size_t state = carried.state_of_frame[k];
-  PM_TRY(ActorGeometry geometry, leg_geometry(actor, carried.states[state], engine));
+  const MorphState& moment = carried.states[state];
+  const std::shared_ptr<const LegSurface>& kept = carried.surfaces[state];
+  PM_TRY(ActorGeometry geometry,
+         kept ? leg_geometry(actor, moment, actor.legs[static_cast<std::size_t>(moment.leg)], *kept,
+                             engine)
+              : leg_geometry(actor, moment, engine));
   geometry.moment.object = -1;  // the leg's surface, even if the frame shows a model
   if (includes_aov(scene.image.aovs, "label")) {
     PM_TRY(geometry.surface_labels, surface_labels(geometry, engine));

@@ -3,12 +3,14 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "base/result.h"
 #include "interchange/surface_frame.h"
 #include "kernels/engine.h"
+#include "leg/leg.h"
 #include "mesh/carry/carry.h"
 #include "sequence/prepare/prepared_scene.h"
 
@@ -26,6 +28,8 @@ struct CarriedActor {
   std::vector<Vec2> corner_uvs;  ///< 3 per triangle, on the source's texture; empty if it has none
   /// One per state: Hausdorff distance from the true surface, over the smaller object's diagonal.
   std::vector<float> errors;
+  /// One per state: the true surface, or null where memory did not suffice to keep it.
+  std::vector<std::shared_ptr<const LegSurface>> surfaces;
 };
 
 /// Frames of an actor that belong to one leg, in ascending order.

@@ -111,6 +111,19 @@ TEST_F(CarriedFramesTest, FramesAreAlikeInAllButPlaces) {
     EXPECT_EQ(frame.labels.size(), frame.positions.size());
     for (const std::uint32_t label : frame.labels) ASSERT_LT(label, actor.label_names.size());
   }
+  // The surfaces that were kept are those that are made again without them.
+  CarriedActor bare = *carried;
+  for (auto& surface : bare.surfaces) {
+    EXPECT_TRUE(surface);
+    surface = nullptr;
+  }
+  for (std::size_t k = 0; k < frames.size(); ++k) {
+    const auto frame = make_carried_frame(shown, bare, k, *engine);
+    ASSERT_TRUE(frame.ok());
+    EXPECT_EQ(frame->normals, made[k].normals);
+    EXPECT_EQ(frame->colors, made[k].colors);
+    EXPECT_EQ(frame->labels, made[k].labels);
+  }
   // There is another frame between them.
   for (std::size_t i = 0; i < made[0].positions.size(); ++i)
     ASSERT_LT(length(made[0].positions[i] + made[0].velocities[i] * 0.2f - made[1].positions[i]),

@@ -219,6 +219,45 @@ TEST(Coarsen, RemovesChosenTrianglesWhereTheRestIsAccepted) {
   EXPECT_TRUE(check_mesh(mesh).is_manifold());
 }
 
+TEST(CarryMeter, MeasuresAMeshThatChangesAsOneThatIsNew) {
+  const Mesh ball = shape("sphere");
+  const CarryTarget target = make_carry_target(ball);
+  const float limit = 0.05f;
+  CarryMeter meter(target, limit);
+  std::vector<Vec3> points = ball.positions;
+  std::vector<Triangle> triangles = ball.triangles;
+  const auto expect_same = [&](const char* change) {
+    SCOPED_TRACE(change);
+    const CarryMeasure again = meter.measure(points, triangles),
+                       fresh = CarryMeter(target, limit).measure(points, triangles);
+    EXPECT_EQ(again.inverted, fresh.inverted);
+    EXPECT_NEAR(again.fault.distance, fresh.fault.distance, 0.02f * limit);
+    for (std::size_t f = 0; f < triangles.size(); ++f) {
+      if (fresh.triangle_distance[f] <= 0.85f * limit) continue;
+      EXPECT_NEAR(again.triangle_distance[f], fresh.triangle_distance[f], 0.03f * limit);
+    }
+    return fresh.inverted.size();
+  };
+  EXPECT_EQ(expect_same("nothing"), 0u);
+  // A point is pushed across an opposite edge of its fan.
+  const Triangle t = triangles[triangles.size() / 2];
+  const Vec3 edge_middle = (points[t.v[1]] + points[t.v[2]]) * 0.5f, before = points[t.v[0]];
+  points[t.v[0]] = before + (edge_middle - before) * 1.3f;
+  const std::size_t inverted_count = expect_same("a point");
+  EXPECT_GT(inverted_count, 0u);
+  // More neighbouring triangles are divided than the walk through both meshes skips.
+  std::vector<std::uint32_t> chosen(40);
+  std::iota(chosen.begin(), chosen.end(), static_cast<std::uint32_t>(triangles.size() / 4));
+  Division division = halve_triangles(points, triangles, chosen);
+  triangles = std::move(division.triangles);
+  for (const auto& [a, b] : division.halved) points.push_back((points[a] + points[b]) * 0.5f);
+  EXPECT_EQ(expect_same("divided"), inverted_count);
+  std::reverse(triangles.begin(), triangles.end());
+  EXPECT_EQ(expect_same("reversed"), inverted_count);
+  points[t.v[0]] = before;
+  EXPECT_EQ(expect_same("moved back"), 0u);
+}
+
 /// Raises a bump on a sphere at its point of largest x.
 Mesh with_bump(Mesh mesh, float height) {
   for (Vec3& p : mesh.positions) {

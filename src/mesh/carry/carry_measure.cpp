@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <bit>
+#include <limits>
 #include <numeric>
+#include <unordered_map>
 
 #include "base/parallel.h"
 
@@ -83,11 +85,28 @@ std::size_t CarryMeter::KeyHash::operator()(const Key& key) const {
 }
 
 std::vector<std::uint32_t> CarryMeter::find_in_last_mesh(std::span<const Key> keys) const {
-  std::vector<std::uint32_t> indices;
-  for (const Key& key : keys) {
-    const auto entry = last_index_.find(key);
-    indices.push_back(entry == last_index_.end() ? KnownDeviation::kNew : entry->second);
-  }
+  // Divisions keep the order of the triangles, so most are found by walking through both meshes
+  // side by side; the others are looked up.
+  constexpr std::size_t kMaxSkip = 8;
+  const std::size_t old_count = last_keys_.size();
+  std::vector<std::uint32_t> indices(keys.size(), KnownDeviation::kNew);
+  std::vector<std::uint8_t> is_found(old_count, 0);
+  std::size_t old = 0;
+  for (std::size_t f = 0; f < keys.size(); ++f)
+    for (std::size_t k = old; k < std::min(old + kMaxSkip, old_count); ++k)
+      if (last_keys_[k] == keys[f]) {
+        indices[f] = static_cast<std::uint32_t>(k);
+        is_found[k] = 1;
+        old = k + 1;
+        break;
+      }
+  std::unordered_map<Key, std::uint32_t, KeyHash> others;
+  for (std::uint32_t k = 0; k < old_count; ++k)
+    if (!is_found[k]) others.emplace(last_keys_[k], k);
+  for (std::size_t f = 0; f < keys.size() && !others.empty(); ++f)
+    if (indices[f] == KnownDeviation::kNew)
+      if (const auto entry = others.find(keys[f]); entry != others.end())
+        indices[f] = entry->second;
   return indices;
 }
 
@@ -95,6 +114,9 @@ CarryMeasure CarryMeter::measure(std::span<const Vec3> points, std::span<const T
                                  std::span<const std::uint32_t> near) {
   const DeviationSettings settings{kNegligible * limit_, kPrecision * limit_, kMiss * limit_,
                                    kSufficient * limit_};
+  DeviationSettings unlisted = settings;  // only the surface's points and witnesses are listed
+  unlisted.listed = std::numeric_limits<float>::infinity();
+  unlisted.are_witnesses_listed = false;
   const MeshQuery surface = target_.query();
   const ClosestPointQuery tree(points, triangles);
   const Fans fans(points.size(), triangles);
@@ -104,34 +126,32 @@ CarryMeasure CarryMeter::measure(std::span<const Vec3> points, std::span<const T
     const Vec3 a = points[t.v[0]], b = points[t.v[1]], c = points[t.v[2]];
     keys.push_back({a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z});
   }
+  const std::vector<std::uint32_t> old_index = find_in_last_mesh(keys);
   // Measure both directions, at first in full and later only what has changed.
   if (!mesh_to_surface_) {
     mesh_to_surface_ =
-        measure_deviation({points, triangles}, surface, settings, {near.begin(), near.end()});
+        measure_deviation({points, triangles}, surface, unlisted, {near.begin(), near.end()});
     surface_to_mesh_ = measure_deviation({surface.points, surface.triangles}, mesh, settings,
                                          guess_nearest(triangles, target_, near));
   } else {
-    std::vector<std::uint32_t> old_index = find_in_last_mesh(keys),
-                               same_index(surface.triangles.size()),
-                               new_index(mesh_to_surface_->triangles.size(), KnownDeviation::kNew);
+    std::vector<std::uint32_t> same_index(surface.triangles.size()),
+        new_index(mesh_to_surface_->triangles.size(), KnownDeviation::kNew);
     for (std::uint32_t f = 0; f < old_index.size(); ++f)
       if (old_index[f] != KnownDeviation::kNew) new_index[old_index[f]] = f;
     std::iota(same_index.begin(), same_index.end(), 0u);
     std::vector<std::uint32_t> mesh_near = surface_to_mesh_->nearest;
     for (std::uint32_t& t : mesh_near)  // a changed triangle usually keeps its index
       if (new_index[t] != KnownDeviation::kNew) t = new_index[t];
-    const KnownDeviation known_mesh{
-        *mesh_to_surface_, std::move(old_index), {}, /*is_other_same=*/true},
+    const KnownDeviation known_mesh{*mesh_to_surface_, old_index, {}, /*is_other_same=*/true},
         known_surface{*surface_to_mesh_, std::move(same_index), std::move(new_index),
                       /*is_other_same=*/false};
     Deviation new_surface_to_mesh = measure_deviation(
         {surface.points, surface.triangles}, mesh, settings, std::move(mesh_near), &known_surface);
-    mesh_to_surface_ = measure_deviation({points, triangles}, surface, settings,
+    mesh_to_surface_ = measure_deviation({points, triangles}, surface, unlisted,
                                          mesh_to_surface_->nearest, &known_mesh);
     surface_to_mesh_ = std::move(new_surface_to_mesh);
   }
-  last_index_.clear();
-  for (std::uint32_t f = 0; f < keys.size(); ++f) last_index_.emplace(keys[f], f);
+  last_keys_ = std::move(keys);
   // Summarize both directions.
   CarryMeasure m;
   raise_to_maximum(m.fault, *mesh_to_surface_);
@@ -146,7 +166,21 @@ CarryMeasure CarryMeter::measure(std::span<const Vec3> points, std::span<const T
     }
   m.near = mesh_to_surface_->nearest;
   m.mesh_near = surface_to_mesh_->nearest;
-  m.inverted = find_inverted(points, triangles, target_, m.near);
+  // A triangle that has not changed faces as before.
+  std::vector<std::uint8_t> is_inverted(triangles.size());
+  std::vector<std::uint32_t> new_triangles;
+  for (std::uint32_t f = 0; f < triangles.size(); ++f)
+    if (old_index[f] == KnownDeviation::kNew)
+      new_triangles.push_back(f);
+    else
+      is_inverted[f] = last_is_inverted_[old_index[f]];
+  std::vector<Triangle> changed;
+  for (const std::uint32_t f : new_triangles) changed.push_back(triangles[f]);
+  for (const std::uint32_t i : find_inverted(points, changed, target_, m.near))
+    is_inverted[new_triangles[i]] = 1;
+  for (std::uint32_t f = 0; f < triangles.size(); ++f)
+    if (is_inverted[f]) m.inverted.push_back(f);
+  last_is_inverted_ = std::move(is_inverted);
   m.fault.inverted = m.inverted.size();
   double badness = 0;
   for (const float b : list_badness(m, limit_)) badness += static_cast<double>(b);

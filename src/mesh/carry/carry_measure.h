@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <unordered_map>
 #include <vector>
 
 #include "mesh/carry/carry.h"
@@ -56,7 +55,8 @@ class CarryMeter {
 
   const CarryTarget& target_;
   float limit_;
-  std::unordered_map<Key, std::uint32_t, KeyHash> last_index_;  ///< index of each triangle measured
+  std::vector<Key> last_keys_;                  ///< corners per triangle of the last mesh
+  std::vector<std::uint8_t> last_is_inverted_;  ///< per triangle of the last mesh
   std::optional<Deviation> mesh_to_surface_, surface_to_mesh_;
 };
 

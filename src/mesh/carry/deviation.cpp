@@ -58,6 +58,7 @@ class TriangleDeviation {
       if (corner.distance >= furthest_)
         furthest_ = corner.distance, result_.position = corner.point;
     divide(triangle, 0);
+    if (!settings_.are_witnesses_listed) return std::move(result_);
     std::sort(witnesses_.begin(), witnesses_.end());
     result_.witnesses.assign(witnesses_.begin(), std::unique(witnesses_.begin(), witnesses_.end()));
     return std::move(result_);

@@ -18,6 +18,7 @@ struct DeviationSettings {
   /// `negligible` less `precision`. So does one within that maximum which a walk from it reaches
   /// (MeshQuery::walk_to_closest()).
   float sufficient = 0;
+  bool are_witnesses_listed = true;  ///< false: the other mesh stays the same in later measurements
 };
 
 /// Distances of all points of a mesh, not only its vertices, from another mesh.

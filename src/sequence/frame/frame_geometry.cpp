@@ -190,12 +190,18 @@ Result<ActorGeometry> full_geometry(const PreparedActor& actor, const Scene& sce
 
 Result<ActorGeometry> leg_geometry(const PreparedActor& actor, const MorphState& moment,
                                    Engine& engine) {
+  PM_TRY(std::shared_ptr<const Leg> leg, leg_at(actor, moment.leg, moment.frame, engine));
+  PM_TRY(LegSurface surface, leg_surface(*leg, moment.time, engine));
+  return leg_geometry(actor, moment, std::move(leg), std::move(surface), engine);
+}
+
+Result<ActorGeometry> leg_geometry(const PreparedActor& actor, const MorphState& moment,
+                                   std::shared_ptr<const Leg> leg, LegSurface surface,
+                                   Engine& engine) {
   ActorGeometry geometry;
   geometry.moment = moment;
-  PM_TRY(geometry.leg, leg_at(actor, moment.leg, moment.frame, engine));
-  const Leg& leg = *geometry.leg;
-  PM_TRY(LegSurface surface, leg_surface(leg, moment.time, engine));
-  PM_TRY(geometry.look, leg_look(leg, actor.timeline.own_look, surface, engine));
+  PM_TRY(geometry.look, leg_look(*leg, actor.timeline.own_look, surface, engine));
+  geometry.leg = std::move(leg);
   geometry.balls = std::move(surface.state.balls);
   geometry.iso = surface.iso;
   geometry.surface = std::move(surface.mesh);

@@ -67,6 +67,10 @@ struct FrameGeometry {
 /// kResource; as leg_at() (sequence/prepare/actor_poses.h).
 Result<ActorGeometry> leg_geometry(const PreparedActor& actor, const MorphState& moment,
                                    Engine& engine);
+/// Makes the same from the surface of `leg` at that moment, which leg_surface() has made before.
+Result<ActorGeometry> leg_geometry(const PreparedActor& actor, const MorphState& moment,
+                                   std::shared_ptr<const Leg> leg, LegSurface surface,
+                                   Engine& engine);
 
 /// Makes the geometry that the actor shows in a moment, without motion and labels. Errors:
 /// kResource; kInput if a mesh of a sequence cannot be shown.
