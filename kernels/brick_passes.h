@@ -327,7 +327,8 @@ void extract_bricks(Workspace<B>& work, const Grid& grid, const ExtractSettings&
   MeshPasses<B> passes(work, grid, settings, mesh);
   do {
     passes.make_mesh(find());
-    // everything_fitted() also gives the totals to the host, as soon as the counting passes end.
+    // everything_fitted() also gives the totals to the host: with a download as soon as the
+    // counting passes end.
   } while (!work.backend.everything_fitted(work.totals, totals));
   passes.download(totals[kMeshTotal]);
 }

@@ -1,5 +1,6 @@
 // The CUDA backend of the extraction passes (backend_engine.h lists what a backend offers). Each
-// backend has one stream; the return value of every call and every launch is checked.
+// backend has one stream for passes and one for downloads; the return value of every call and every
+// launch is checked.
 #pragma once
 
 #include <cuda_runtime.h>
@@ -324,7 +325,7 @@ class CudaBackend {
   static constexpr bool kManyRoots = true;    ///< whether a tree has many roots, not one
 
   /// Calls f(team, scratch, i) for i in [0, n * parts), n = *count but at most `limit`; *count is
-  /// read on the device.
+  /// read on the device. Null stands for `limit`.
   template <class F>
   void for_teams(const std::int64_t* count, std::int64_t limit, const F& f, const char* name,
                  int parts = 1) {

@@ -273,6 +273,7 @@ void sample_map(Workspace<B>& work, const std::shared_ptr<const Regression>& reg
   if (regression != work.uploaded_regression && regression->landmarks.empty() &&
       !regression->thinness[0] && points.size() < nodes)
     listed = list_nodes(regression->lattice, points);
+  if (2 * listed.size() > nodes) listed.clear();  // computes all, and keeps them for the next call
   const SmoothMap map = compute_map(work, regression, listed);
   const auto n = static_cast<std::int64_t>(points.size());
   values.resize(points.size() * static_cast<std::size_t>(regression->maps));

@@ -19,6 +19,19 @@ void make_coarse(const Scene& scene, SphereSettings& spheres) {
   spheres.resolution = 0;  // chosen for this number
 }
 
+/// Tests whether smoothing makes up for a second sample in all frames. What a lens or a shutter
+/// blurs is not smoothed, and neither is the alpha of transparent pictures.
+bool needs_one_sample(const Scene& scene) {
+  const auto is_keyed = [&](std::string_view pointer) {
+    return std::ranges::any_of(
+        scene.tracks, [&](const KeyframeTrack& track) { return track.pointer == pointer; });
+  };
+  const bool blurs = scene.camera.aperture > 0 || scene.camera.shutter > 0 ||
+                     is_keyed("/camera/aperture") || is_keyed("/camera/shutter");
+  return scene.image.smooth && !scene.image.denoise && !blurs && !scene.image.transparent &&
+         !scene.ground.shadow_only;
+}
+
 /// Applies --preview: half the size, a coarser surface and fewer balls; one sample of direct light
 /// and one ambient-occlusion ray, smoothed. `draft` applies --draft: a still coarser surface, and
 /// one sample of direct light without noise. Settings of the image other than its size keep the
@@ -34,12 +47,9 @@ void make_preview(Scene& scene, const std::vector<std::string>& sets, bool draft
   if (is_not_set("image.noise=")) scene.image.noise = 0;
   if (is_not_set("image.max_depth=")) scene.image.max_depth = draft ? 0 : 1;
   if (is_not_set("image.smooth=")) scene.image.smooth = !draft;
-  // What a lens or a shutter blurs is not smoothed.
-  const bool smoothed =
-      scene.image.smooth && !(scene.camera.aperture > 0) && !(scene.camera.shutter > 0);
-  if (is_not_set("image.samples="))
-    scene.image.samples = std::min(scene.image.samples, draft || smoothed ? 1 : 2);
   if (draft && is_not_set("image.denoise=")) scene.image.denoise = false;
+  if (is_not_set("image.samples="))
+    scene.image.samples = std::min(scene.image.samples, draft || needs_one_sample(scene) ? 1 : 2);
   const int resolution = scene.surface.resolution / 2;  // 8 is the minimum (scene/describe.h)
   scene.surface.resolution = std::max(8, draft ? resolution * 3 / 4 : resolution);
 }

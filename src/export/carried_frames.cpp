@@ -14,7 +14,7 @@
 namespace polymorph {
 namespace {
 
-/// Limit of the memory for surfaces that an actor stores, in bytes.
+/// Limit of the memory for the meshes that all actors store, in bytes.
 constexpr std::size_t kMaxStoredBytes = std::size_t{256} << 20;
 
 constexpr const char* kAdvice =
@@ -156,6 +156,7 @@ Result<CarriedActor> carry_actor(const ActorFrames& actor_frames, Engine& engine
   // Describe the moving surface: its mesh at a time, and the motion of points along it. Surfaces of
   // the frames' states are needed several times, surfaces at times between them once.
   carried.surfaces.resize(carried.states.size());
+  const std::size_t max_bytes = kMaxStoredBytes / actor_frames.scene.actors.size();
   std::size_t stored_bytes = 0;
   const auto make_surface = [&](float time) -> Result<std::shared_ptr<const LegSurface>> {
     PM_TRY_STATUS(check_stop());
@@ -169,7 +170,7 @@ Result<CarriedActor> carry_actor(const ActorFrames& actor_frames, Engine& engine
     const std::size_t bytes = new_surface.mesh.positions.size() * 2 * sizeof(Vec3) +
                               new_surface.mesh.triangles.size() * sizeof(Triangle);
     auto kept = std::make_shared<const LegSurface>(std::move(new_surface));
-    if (is_frame && stored_bytes + bytes <= kMaxStoredBytes)
+    if (is_frame && stored_bytes + bytes <= max_bytes)
       carried.surfaces[k] = kept, stored_bytes += bytes;
     return kept;
   };

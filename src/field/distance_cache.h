@@ -15,7 +15,7 @@ namespace polymorph {
 
 /// Increment when compute_signed_distances(), classify_faces(), compute_thinness() or the measures
 /// change their results: older cache files are then ignored. A test pins the digests.
-inline constexpr std::uint32_t kDistancesVersion = 12;
+inline constexpr std::uint32_t kDistancesVersion = 13;
 
 /// Signed distances of one object, and measures of their surface.
 struct ObjectDistances {

@@ -241,8 +241,9 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   job.sampler = make_frame_sampler(image.seed, settings.frame, image.samples, image.steady);
   const bool smooth = is_smoothed(image, scene.camera);
   // If a pixel has only one sample and is smoothed, the sample is that of the pixel's centre, whose
-  // hit is known from the AOVs. On silhouettes smooth_noise() mixes neighbouring pixels anyway.
-  job.samples_centers = smooth && image.samples == 1;
+  // hit the CPU knows from the AOVs. On silhouettes smooth_noise() mixes neighbouring pixels'
+  // colours anyway, but not their alpha.
+  job.samples_centers = smooth && image.samples == 1 && !world.transparent;
   if (job.samples_centers) job.camera.filter = &state.center_filter;
   job.aovs = choose_aovs(smooth ? layers_to_smooth(image.aovs) : image.aovs);
   const Mattes mattes(image.aovs, scene);

@@ -313,6 +313,11 @@ TEST_P(BetweenTest, FewPointsHaveTheValuesThatTheyHaveAmongMany) {
         << first;
   };
   for (const std::size_t first : {std::size_t{0}, std::size_t{50}, points.size() - 2}) {
+    // Another map's nodes are in the engine's memory before.
+    const auto other = std::make_shared<Regression>(*map);
+    for (BallAttribute& attribute : other->values)
+      for (float& value : attribute.value) value = 3 - 2 * value;
+    (void)regress(other, points);
     const auto fresh = std::make_shared<Regression>(*map);
     const std::vector<Vec3> few(points.begin() + static_cast<std::ptrdiff_t>(first),
                                 points.begin() + static_cast<std::ptrdiff_t>(first + 2));

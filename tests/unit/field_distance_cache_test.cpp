@@ -114,7 +114,7 @@ TEST_F(DistanceCacheTest, TheVersionBelongsToTheseDistances) {
         .add(object.genus);
     return hasher.hex();
   };
-  EXPECT_EQ(kDistancesVersion, 12u);
+  EXPECT_EQ(kDistancesVersion, 13u);
   EXPECT_EQ(digest(*make_shape("torus")), "5e8d05bc56091e5b2f408b13aed6c8f8");
   EXPECT_EQ(digest(box_model({0, 0, 0}, {1, 0.5f, 0.06f})), "1b32f0bdc9eab338998c2e7f7718cf1c");
 }

@@ -226,6 +226,7 @@ TEST(CarryMeter, MeasuresAMeshThatChangesAsOneThatIsNew) {
   CarryMeter meter(target, limit);
   std::vector<Vec3> points = ball.positions;
   std::vector<Triangle> triangles = ball.triangles;
+  int compared_count = 0;
   const auto expect_same = [&](const char* change) {
     SCOPED_TRACE(change);
     const CarryMeasure again = meter.measure(points, triangles),
@@ -234,6 +235,7 @@ TEST(CarryMeter, MeasuresAMeshThatChangesAsOneThatIsNew) {
     EXPECT_NEAR(again.fault.distance, fresh.fault.distance, 0.02f * limit);
     for (std::size_t f = 0; f < triangles.size(); ++f) {
       if (fresh.triangle_distance[f] <= 0.85f * limit) continue;
+      ++compared_count;
       EXPECT_NEAR(again.triangle_distance[f], fresh.triangle_distance[f], 0.03f * limit);
     }
     return fresh.inverted.size();
@@ -256,6 +258,10 @@ TEST(CarryMeter, MeasuresAMeshThatChangesAsOneThatIsNew) {
   EXPECT_EQ(expect_same("reversed"), inverted_count);
   points[t.v[0]] = before;
   EXPECT_EQ(expect_same("moved back"), 0u);
+  EXPECT_EQ(compared_count, 0);
+  points[t.v[0]] = before * 1.3f;
+  expect_same("raised");
+  EXPECT_GT(compared_count, 0);
 }
 
 /// Raises a bump on a sphere at its point of largest x.

@@ -110,7 +110,8 @@ class TriangleDeviation {
     const float bound = compute_bound(piece);
     if (depth == kMaxDepth || bound <= threshold()) {
       result_.distance = std::max(result_.distance, bound);
-      for (const Corner& corner : piece) witnesses_.push_back(corner.triangle);
+      if (settings_.are_witnesses_listed)
+        for (const Corner& corner : piece) witnesses_.push_back(corner.triangle);
       return;
     }
     const auto& [a, b, c] = piece;

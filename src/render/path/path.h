@@ -44,9 +44,9 @@ struct PathOf {
   /// Control variate. Every diffuse vertex immediately adds all the light that it would receive
   /// from an unoccluded calm sky (known exactly), and the next ray corrects this: if it sees the
   /// sky, nothing is added; if not, the sky's contribution is subtracted. So unshadowed surfaces
-  /// have no noise from the sky. The first glossy vertex also adds what its gloss reflects of that
-  /// sky, estimated from several directions without rays (estimate_gloss_sky() in scatter.h). This
-  /// member is the throughput of the contribution that has been added.
+  /// have no noise from the sky. A glossy vertex that is the first one also adds what its gloss
+  /// reflects of that sky, estimated from several directions without rays (estimate_gloss_sky() in
+  /// scatter.h). This member is the throughput of the contribution that has been added.
   T3 control_variate{};
   V pdf{};                                      ///< pdf of the ray's direction, per solid angle
   V alpha = broadcast<V>(1);                    ///< PathLight::alpha

@@ -341,7 +341,7 @@ PM_HD MaskOf<T3> scatter_on_floor(const World& world, VerticesOf<T3, Shadows>& v
   const MaskOf<T3> upward = vertices.live & (weight > 0.0f) & (direction.y > 0.0f);
   if (world.sky.has_bright) return upward;
   // For rays that miss all meshes the control variate is exact. They need not be traced, but are
-  // counted.
+  // counted; samples without a ray (FloorDirectionOf::weight) are not.
   const MaskOf<T3> escaping =
       upward & (variate_weight == 1.0f) & misses_box(world.bounds, path.ray);
   stats.rays += static_cast<std::uint64_t>(count_lanes<V>(escaping));
