@@ -130,7 +130,8 @@ void find_near_blocks(const DistanceGrid& distances, const SmoothDistances& spli
 }
 
 void put_distances(std::string& bytes, const MeasuredGrid& measured) {
-  const auto& [distances, spline] = measured;
+  const auto& distances = measured.distances;
+  const auto& spline = measured.spline;
   const Grid& grid = distances->grid;
   put_grid(bytes, grid);
   put(bytes, distances->lipschitz);
