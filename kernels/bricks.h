@@ -27,6 +27,11 @@ constexpr int kRows = kBrickCells * kBrickCells;     ///< rows of cells, per bri
 constexpr int kRowEdges = 3 * kBrickCells;           ///< edge `axis` of point x is bit 3 x + axis
 constexpr int kMaxVertices = kRows * kRowEdges;      ///< per brick
 
+/// True if two threads of a team share each point of a Field or each box of its bounds. A CPU's
+/// thread is a team of its own.
+template <class Team, class FieldOrBounds>
+constexpr bool kHalves = FieldOrBounds::kHasHalves && (Team::kGroup > 1);
+
 /// Packs the crossed edges of a row (low 21 bits) and the number of the brick's vertices before it.
 PM_HD constexpr std::uint32_t packed_row(std::uint32_t edges, std::uint32_t before) {
   return edges | before << kRowEdges;

@@ -31,11 +31,6 @@
 
 namespace polymorph {
 
-/// True if two threads of a team share each point of a Field or each box of its bounds. A CPU's
-/// thread is a team of its own.
-template <class Team, class FieldOrBounds>
-constexpr bool kHalves = FieldOrBounds::kHasHalves && (Team::kGroup > 1);
-
 /// Finds the children of a node that the surface can cross, and marks them in Node::children.
 /// Team::kParts teams share a node, as in ClassifyChildren (tree.h).
 template <class Bounds>

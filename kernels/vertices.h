@@ -192,7 +192,7 @@ struct PlaceVertices {
                                          Lanes<V>::load_bits(scratch.edges + vertex));
       place<V>(edges, of_thread, first_vertex + vertex, writes);
     };
-    if constexpr (std::decay_t<decltype(field)>::kHasHalves && (Team::kGroup > 1)) {
+    if constexpr (kHalves<Team, std::decay_t<decltype(field)>>) {
       // Two neighbouring threads place a vertex together, and the first one writes it. The last
       // warp is filled with threads that repeat the last vertex, because a warp's threads exchange
       // values.

@@ -62,7 +62,7 @@ struct Workspace {
   Buffer<float> lattice_nodes;
   Buffer<std::uint32_t> regressed_nodes;                  ///< RegressNodes::listed
   std::shared_ptr<const Regression> uploaded_regression;  ///< contents of lattice_nodes
-  Buffer<Strain> strain[2];  ///< read and written in turn by the passes along the axes
+  Buffer<Strain> strain[2];  ///< read and written in turn by the passes
   Buffer<Vec3> landmark_positions;
   Buffer<AttributeValues> landmark_values;
   Buffer<LandmarkTerm> landmark_terms;

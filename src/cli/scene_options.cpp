@@ -21,7 +21,7 @@ void make_coarse(const Scene& scene, SphereSettings& spheres) {
 
 /// Tests whether smoothing makes up for a second sample in all frames. What a lens or a shutter
 /// blurs is not smoothed, and neither is the alpha of transparent pictures.
-bool needs_one_sample(const Scene& scene) {
+bool needs_only_one_sample(const Scene& scene) {
   const auto is_keyed = [&](std::string_view pointer) {
     return std::ranges::any_of(
         scene.tracks, [&](const KeyframeTrack& track) { return track.pointer == pointer; });
@@ -49,7 +49,8 @@ void make_preview(Scene& scene, const std::vector<std::string>& sets, bool draft
   if (is_not_set("image.smooth=")) scene.image.smooth = !draft;
   if (draft && is_not_set("image.denoise=")) scene.image.denoise = false;
   if (is_not_set("image.samples="))
-    scene.image.samples = std::min(scene.image.samples, draft || needs_one_sample(scene) ? 1 : 2);
+    scene.image.samples =
+        std::min(scene.image.samples, draft || needs_only_one_sample(scene) ? 1 : 2);
   const int resolution = scene.surface.resolution / 2;  // 8 is the minimum (scene/describe.h)
   scene.surface.resolution = std::max(8, draft ? resolution * 3 / 4 : resolution);
 }
