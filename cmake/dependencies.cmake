@@ -16,6 +16,7 @@ find_path(LEMON_INCLUDE lemon/network_simplex.h REQUIRED)
 find_path(MESHOPTIMIZER_INCLUDE meshoptimizer.h REQUIRED)  # its CMake config lies where none is looked for
 find_library(MESHOPTIMIZER_LIBRARY meshoptimizer REQUIRED)
 pkg_check_modules(XXHASH REQUIRED IMPORTED_TARGET libxxhash)
+pkg_check_modules(DEFLATE REQUIRED IMPORTED_TARGET libdeflate)
 pkg_check_modules(ARCHIVE REQUIRED IMPORTED_TARGET libarchive)
 pkg_check_modules(NETTLE REQUIRED IMPORTED_TARGET nettle)
 pkg_check_modules(QHULL REQUIRED IMPORTED_TARGET qhull_r)

@@ -1,26 +1,16 @@
-#include <ImfChannelList.h>
-#include <ImfFloatAttribute.h>
-#include <ImfFrameBuffer.h>
-#include <ImfHeader.h>
-#include <ImfIO.h>
-#include <ImfIntAttribute.h>
-#include <ImfMultiPartOutputFile.h>
-#include <ImfOutputFile.h>
-#include <ImfOutputPart.h>
-#include <ImfPartType.h>
-#include <ImfStandardAttributes.h>
-#include <ImfStringAttribute.h>
-#include <ImfThreading.h>
 #include <half.h>
+#include <libdeflate.h>
+#include <openexr.h>
+#include <cstdlib>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <map>
-#include <mutex>
+#include <memory>
 #include <new>
 #include <set>
-#include <system_error>
 
 #include "base/parallel.h"
 #include "image/image_io.h"
@@ -28,38 +18,46 @@
 namespace polymorph {
 namespace {
 
-/// Output stream in memory. It needs seekp because OpenEXR fills in the table of line offsets at
-/// the end.
-class MemoryStream : public Imf::OStream {
- public:
-  MemoryStream() : Imf::OStream("memory") {}
-  void write(const char data[], int count) override {
-    const auto n = static_cast<std::size_t>(count);
-    if (position_ + n > bytes_.size()) bytes_.resize(position_ + n);
-    std::memcpy(&bytes_[position_], data, n);
-    position_ += n;
-  }
-  std::uint64_t tellp() override { return position_; }
-  void seekp(std::uint64_t position) override { position_ = position; }
-  std::string take() { return std::move(bytes_); }
-
- private:
-  std::string bytes_;
-  std::size_t position_ = 0;
+/// The file that OpenEXR writes, and what went wrong.
+struct Output {
+  std::string bytes;
+  std::string error;  ///< OpenEXR's message; empty: no error
+  bool has_memory = true;
 };
 
-Imf::Compression to_openexr(ExrCompression compression) {
-  switch (compression) {
-    case ExrCompression::kNone:
-      return Imf::NO_COMPRESSION;
-    case ExrCompression::kZip:
-      return Imf::ZIP_COMPRESSION;
-    case ExrCompression::kZips:
-      return Imf::ZIPS_COMPRESSION;
-    case ExrCompression::kPiz:
-      return Imf::PIZ_COMPRESSION;
+/// Stores bytes at a position of the Output. OpenEXR fills in the table of chunks at the end.
+std::int64_t store(exr_const_context_t, void* output, const void* data, std::uint64_t size,
+                   std::uint64_t position, exr_stream_error_func_ptr_t) {
+  auto& [bytes, error, has_memory] = *static_cast<Output*>(output);
+  try {
+    if (position + size > bytes.size()) bytes.resize(position + size);
+  } catch (const std::bad_alloc&) {  // no exception may pass through OpenEXR, which is C
+    has_memory = false;
+    return -1;
   }
-  return Imf::ZIP_COMPRESSION;
+  std::memcpy(&bytes[position], data, size);
+  return static_cast<std::int64_t>(size);
+}
+
+/// Keeps OpenEXR's message, which it would print otherwise.
+void store_error(exr_const_context_t context, exr_result_t code, const char* message) {
+  void* output = nullptr;
+  if (code == EXR_ERR_OUT_OF_MEMORY || exr_get_user_data(context, &output) != EXR_ERR_SUCCESS ||
+      !output)
+    return;
+  try {
+    static_cast<Output*>(output)->error = message;
+  } catch (const std::bad_alloc&) {
+    static_cast<Output*>(output)->has_memory = false;
+  }
+}
+
+/// Throws std::bad_alloc if there is no memory. Other failures of OpenEXR are errors (kOutput).
+Status check(exr_result_t result, const Output& output) {
+  if (result == EXR_ERR_SUCCESS) return Ok{};
+  if (result == EXR_ERR_OUT_OF_MEMORY || !output.has_memory) throw std::bad_alloc();
+  return make_error(ErrorCode::kOutput, "cannot encode the EXR: {}",
+                    output.error.empty() ? exr_get_default_error_message(result) : output.error);
 }
 
 /// Tests whether a channel is stored as half: colours and alpha. All others are stored as float.
@@ -71,50 +69,6 @@ bool is_half(const std::string& channel) {
 /// fail every comparison.
 half to_half(float value) {
   return half(std::isfinite(value) ? std::clamp(value, -65504.0f, 65504.0f) : value);
-}
-
-Status add_attributes(const std::vector<Attribute>& attributes, Imf::Header& header) {
-  for (const Attribute& attribute : attributes) {
-    // make_header() and the settings provide these two.
-    if (attribute.name == kPixelAspectAttribute && std::get_if<float>(&attribute.value)) continue;
-    if (attribute.name == kColorInteropAttribute) continue;
-    const char* name = attribute.name.c_str();
-    // OpenEXR's names have 1 to 255 bytes.
-    if (attribute.name.empty() || attribute.name.size() > 255 ||
-        header.find(name) != header.end() || attribute.name == "channels")
-      return make_error(
-          ErrorCode::kInternal,
-          "cannot write the header entry '{}' twice, or in place of the encoder's own",
-          attribute.name);
-    if (const auto* text = std::get_if<std::string>(&attribute.value))
-      header.insert(name, Imf::StringAttribute(*text));
-    else if (const auto* integer = std::get_if<int>(&attribute.value))
-      header.insert(name, Imf::IntAttribute(*integer));
-    else
-      header.insert(name, Imf::FloatAttribute(std::get<float>(attribute.value)));
-  }
-  return Ok{};
-}
-
-/// Makes a header with the compression and with the entries that OpenEXR requires to be equal in
-/// all parts of a file.
-Imf::Header make_header(const Image& image, const ExrSettings& settings) {
-  Imf::Header header(image.width, image.height);
-  header.compression() = to_openexr(settings.compression);
-  // zlib's level 1 takes less than half the time of OpenEXR's default of 4, and files with
-  // rendered noise become 5 % larger.
-  header.zipCompressionLevel() = 1;
-  for (const Attribute& attribute : image.attributes)
-    if (const float* aspect = std::get_if<float>(&attribute.value);
-        aspect && attribute.name == kPixelAspectAttribute)
-      header.pixelAspectRatio() = *aspect;
-  const float(&xy)[8] = color_space_label(settings.color_space).chromaticities;
-  Imf::addChromaticities(header, {{xy[0], xy[1]}, {xy[2], xy[3]}, {xy[4], xy[5]}, {xy[6], xy[7]}});
-  return header;
-}
-
-void add_channel(const std::string& name, Imf::Header& header) {
-  header.channels().insert(name, Imf::Channel(is_half(name) ? Imf::HALF : Imf::FLOAT));
 }
 
 /// The channel names of each layer, by the layer's name, which is the channel's name up to the last
@@ -146,78 +100,6 @@ std::vector<Attribute> list_cryptomatte_entries(const Image& image, const std::s
   return entries;
 }
 
-/// Makes a header for each part, one part per layer. The first part has the colours and all of the
-/// image's entries; the others repeat only the entries of the Cryptomatte that they belong to.
-Result<std::vector<Imf::Header>> make_part_headers(const Image& image, const Layers& layers,
-                                                   const ExrSettings& settings) {
-  std::vector<std::string> order;
-  for (const auto& [layer, channels] : layers)
-    order.insert(layer == kColorPart ? order.begin() : order.end(), layer);  // colours first
-  std::vector<Imf::Header> headers;
-  for (const std::string& layer : order) {
-    Imf::Header header = make_header(image, settings);
-    header.setName(layer);
-    header.setType(Imf::SCANLINEIMAGE);
-    const bool has_colors = layer == kColorPart || is_color_layer(image, layer);
-    header.insert(kColorInteropAttribute,
-                  Imf::StringAttribute(
-                      has_colors ? color_space_label(settings.color_space).interop_id : "data"));
-    for (const std::string& name : layers.at(layer)) add_channel(name, header);
-    PM_TRY_STATUS(add_attributes(
-        headers.empty() ? image.attributes : list_cryptomatte_entries(image, layer), header));
-    headers.push_back(std::move(header));
-  }
-  return headers;
-}
-
-Image convert_copy(Image image, ColorSpace space) {
-  convert_colors(image, space);
-  return image;
-}
-
-/// One plane per channel, in `halves` or in `floats`; the other is empty. OpenEXR copies planes
-/// faster than interleaved samples.
-struct Planes {
-  std::vector<std::vector<half>> halves;
-  std::vector<std::vector<float>> floats;
-};
-
-/// Copies the channels into planes. Returns OpenEXR's description of these planes.
-Imf::FrameBuffer fill_planes(const Image& image, Planes& planes) {
-  const std::size_t pixels =
-      static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
-  const std::size_t count = image.channel_count();
-  planes.halves.resize(count);
-  planes.floats.resize(count);
-  Imf::FrameBuffer buffer;
-  for (std::size_t c = 0; c < count; ++c) {
-    const bool is_half_channel = is_half(image.channels[c]);
-    if (is_half_channel)
-      planes.halves[c].resize(pixels);
-    else
-      planes.floats[c].resize(pixels);
-    const std::size_t size = is_half_channel ? sizeof(half) : sizeof(float);
-    char* base = is_half_channel ? reinterpret_cast<char*>(planes.halves[c].data())
-                                 : reinterpret_cast<char*>(planes.floats[c].data());
-    buffer.insert(image.channels[c],
-                  Imf::Slice(is_half_channel ? Imf::HALF : Imf::FLOAT, base, size,
-                             size * static_cast<std::size_t>(image.width)));
-  }
-  parallel_ranges(static_cast<std::int64_t>(pixels), /*grain=*/1 << 14,
-                  [&](std::int64_t begin, std::int64_t end) {
-                    for (std::size_t c = 0; c < count; ++c)
-                      for (auto i = static_cast<std::size_t>(begin);
-                           i < static_cast<std::size_t>(end); ++i) {
-                        const float value = image.pixels[i * count + c];
-                        if (planes.floats[c].empty())
-                          planes.halves[c][i] = to_half(value);
-                        else
-                          planes.floats[c][i] = value;
-                      }
-                  });
-  return buffer;
-}
-
 Status check_channels(const Image& image) {
   if (image.width < 1 || image.height < 1 || image.channels.empty())
     return make_error(ErrorCode::kInternal, "cannot encode an image without pixels or channels");
@@ -228,69 +110,252 @@ Status check_channels(const Image& image) {
   return Ok{};
 }
 
-/// Sets up OpenEXR's thread pool, which compresses the chunks. Returns the number of its threads to
-/// use; 0 stands for the caller's thread alone. The bytes do not depend on the number of threads.
-int prepare_exr_threads() {
-  const int count = thread_count() > 1 ? thread_count() : 0;
-  static std::mutex mutex;
-  const std::lock_guard lock(mutex);
-  // Add one thread at a time. If several are requested and one of them cannot be started, OpenEXR
-  // 3.1 frees the new pool while the threads started before wait in it.
-  for (int n = Imf::globalThreadCount() + 1; n <= count; ++n) Imf::setGlobalThreadCount(n);
-  return count;
+/// A channel of a part.
+struct PartChannel {
+  std::size_t index;  ///< in the image
+  bool is_half;
+};
+/// A part of the file.
+struct Part {
+  std::string name;  ///< of its layer; unused in a file of one part
+  std::vector<std::string> names;
+  std::vector<PartChannel> channels;  ///< by name, which is their order in the file
+  std::vector<Attribute> attributes;
+  bool has_colors;
+  std::size_t row_size;  ///< bytes of a row that is not compressed
+};
+
+/// Makes a part of the channels with the given names.
+Part make_part(const Image& image, std::string name, std::vector<std::string> names,
+               std::vector<Attribute> attributes, bool has_colors) {
+  std::sort(names.begin(), names.end());
+  Part part{std::move(name), std::move(names), {}, std::move(attributes), has_colors, 0};
+  for (const std::string& channel : part.names) {
+    part.channels.push_back(
+        {static_cast<std::size_t>(image.find_channel(channel)), is_half(channel)});
+    part.row_size +=
+        static_cast<std::size_t>(image.width) * (is_half(channel) ? sizeof(half) : sizeof(float));
+  }
+  return part;
 }
 
-Status write_one_part(const Image& image, const ExrSettings& settings,
-                      const Imf::FrameBuffer& buffer, MemoryStream& stream) {
-  Imf::Header header = make_header(image, settings);
-  header.insert(kColorInteropAttribute,
-                Imf::StringAttribute(color_space_label(settings.color_space).interop_id));
-  for (const std::string& name : image.channels) add_channel(name, header);
-  PM_TRY_STATUS(add_attributes(image.attributes, header));
-  // OutputFile's destructor writes the table of line offsets.
-  Imf::OutputFile file(stream, header, prepare_exr_threads());
-  file.setFrameBuffer(buffer);
-  file.writePixels(image.height);
-  return Ok{};
+/// Lists the parts of the file: one, or one per layer. The first part has the colours and all of
+/// the image's entries; the others repeat only the entries of the Cryptomatte that they belong to.
+std::vector<Part> list_parts(const Image& image, bool multipart) {
+  const Layers layers = list_layers(image);
+  std::vector<Part> parts;
+  if (!multipart || layers.size() == 1) {
+    parts.push_back(make_part(image, "", image.channels, image.attributes, true));
+    return parts;
+  }
+  std::vector<std::string> order;
+  for (const auto& [layer, channels] : layers)
+    order.insert(layer == kColorPart ? order.begin() : order.end(), layer);  // colours first
+  for (const std::string& layer : order)
+    parts.push_back(
+        make_part(image, layer, layers.at(layer),
+                  parts.empty() ? image.attributes : list_cryptomatte_entries(image, layer),
+                  layer == kColorPart || is_color_layer(image, layer)));
+  return parts;
 }
 
-Status write_parts(const Image& image, const Layers& layers, const ExrSettings& settings,
-                   const Imf::FrameBuffer& buffer, MemoryStream& stream) {
-  PM_TRY(const std::vector<Imf::Header> headers, make_part_headers(image, layers, settings));
-  const int count = static_cast<int>(headers.size());
-  Imf::MultiPartOutputFile file(stream, headers.data(), count, /*overrideSharedAttributes=*/false,
-                                prepare_exr_threads());
-  for (int i = 0; i < count; ++i) {
-    Imf::OutputPart part(file, i);
-    part.setFrameBuffer(buffer);
-    part.writePixels(image.height);
+/// Tests whether a header entry is one that this encoder or OpenEXR writes.
+bool is_encoders_own(exr_const_context_t file, int part, const std::string& name) {
+  static const std::set<std::string_view> names{"channels", "chunkCount", "name",
+                                                "tiles",    "type",       "version"};
+  const exr_attribute_t* attribute = nullptr;
+  return names.contains(name) ||
+         exr_get_attribute_by_name(file, part, name.c_str(), &attribute) == EXR_ERR_SUCCESS;
+}
+
+Status add_attributes(const std::vector<Attribute>& attributes, const Output& output,
+                      exr_context_t file, int part) {
+  for (const Attribute& attribute : attributes) {
+    // add_header() and the settings provide these two.
+    if (attribute.name == kPixelAspectAttribute && std::get_if<float>(&attribute.value)) continue;
+    if (attribute.name == kColorInteropAttribute) continue;
+    const char* name = attribute.name.c_str();
+    // OpenEXR's names have 1 to 255 bytes.
+    if (attribute.name.empty() || attribute.name.size() > 255 ||
+        is_encoders_own(file, part, attribute.name))
+      return make_error(
+          ErrorCode::kInternal,
+          "cannot write the header entry '{}' twice, or in place of the encoder's own",
+          attribute.name);
+    exr_result_t result = EXR_ERR_SUCCESS;
+    if (const auto* text = std::get_if<std::string>(&attribute.value))
+      result = exr_attr_set_string(file, part, name, text->c_str());
+    else if (const auto* integer = std::get_if<int>(&attribute.value))
+      result = exr_attr_set_int(file, part, name, *integer);
+    else
+      result = exr_attr_set_float(file, part, name, std::get<float>(attribute.value));
+    PM_TRY_STATUS(check(result, output));
   }
   return Ok{};
+}
+
+/// Adds a part's header to the file, with the entries that OpenEXR requires to be equal in all
+/// parts of a file.
+Status add_header(const Image& image, const Part& part, const ExrSettings& settings,
+                  const Output& output, exr_context_t file) {
+  int index = 0;
+  PM_TRY_STATUS(check(exr_add_part(file, part.name.empty() ? nullptr : part.name.c_str(),
+                                   EXR_STORAGE_SCANLINE, &index),
+                      output));
+  float aspect = 1;
+  for (const Attribute& attribute : image.attributes)
+    if (const float* value = std::get_if<float>(&attribute.value);
+        value && attribute.name == kPixelAspectAttribute)
+      aspect = *value;
+  const exr_attr_box2i_t window{{0, 0}, {image.width - 1, image.height - 1}};
+  const exr_attr_v2f_t center{0, 0};
+  PM_TRY_STATUS(check(exr_initialize_required_attr(file, index, &window, &window, aspect, &center,
+                                                   /*screenWindowWidth=*/1,
+                                                   EXR_LINEORDER_INCREASING_Y, EXR_COMPRESSION_ZIP),
+                      output));
+  const ColorSpaceLabel& label = color_space_label(settings.color_space);
+  const float(&xy)[8] = label.chromaticities;
+  const exr_attr_chromaticities_t chromaticities{xy[0], xy[1], xy[2], xy[3],
+                                                 xy[4], xy[5], xy[6], xy[7]};
+  PM_TRY_STATUS(
+      check(exr_attr_set_chromaticities(file, index, "chromaticities", &chromaticities), output));
+  PM_TRY_STATUS(check(exr_attr_set_string(file, index, kColorInteropAttribute,
+                                          part.has_colors ? label.interop_id : "data"),
+                      output));
+  for (std::size_t c = 0; c < part.channels.size(); ++c)
+    PM_TRY_STATUS(check(exr_add_channel(file, index, part.names[c].c_str(),
+                                        part.channels[c].is_half ? EXR_PIXEL_HALF : EXR_PIXEL_FLOAT,
+                                        EXR_PERCEPTUALLY_LOGARITHMIC, /*xsamp=*/1, /*ysamp=*/1),
+                        output));
+  return add_attributes(part.attributes, output, file, index);
+}
+
+/// Rows of a chunk that ZIP compresses together.
+constexpr int kRowsPerChunk = 16;
+
+/// Copies rows [begin, end) of a part's channels in the order of the file.
+std::vector<std::uint8_t> pack_rows(const Image& image, const Part& part, int begin, int end) {
+  static_assert(std::endian::native == std::endian::little);  // as in the file
+  std::vector<std::uint8_t> bytes(part.row_size * static_cast<std::size_t>(end - begin));
+  std::uint8_t* out = bytes.data();
+  const std::size_t count = image.channel_count(), width = static_cast<std::size_t>(image.width);
+  const auto store_row = [&](const float* pixel, auto convert) {
+    for (std::size_t x = 0; x < width; ++x, pixel += count) {
+      const auto value = convert(*pixel);
+      std::memcpy(out, &value, sizeof(value));
+      out += sizeof(value);
+    }
+  };
+  for (int y = begin; y < end; ++y)
+    for (const PartChannel& channel : part.channels) {
+      const float* first =
+          &image.pixels[static_cast<std::size_t>(y) * width * count + channel.index];
+      if (channel.is_half)
+        store_row(first, to_half);
+      else
+        store_row(first, [](float value) { return value; });
+    }
+  return bytes;
+}
+
+/// Separates the bytes at even places from those at odd ones, then replaces each byte by its
+/// difference to the one before, plus 128, as OpenEXR's ZIP does ("OpenEXR File Layout").
+std::vector<std::uint8_t> filter(const std::vector<std::uint8_t>& bytes) {
+  const std::size_t size = bytes.size(), evens = (size + 1) / 2;
+  std::vector<std::uint8_t> separated(size), filtered(size);
+  for (std::size_t i = 0; i < size / 2; ++i) {
+    separated[i] = bytes[2 * i];
+    separated[evens + i] = bytes[2 * i + 1];
+  }
+  if (size % 2) separated[evens - 1] = bytes[size - 1];
+  filtered[0] = separated[0];
+  for (std::size_t i = 1; i < size; ++i)
+    filtered[i] = static_cast<std::uint8_t>(separated[i] - separated[i - 1] + 128);
+  return filtered;
+}
+
+/// Compresses a chunk. Returns its bytes as they are if they become no smaller. libdeflate takes
+/// 0.6 of zlib's time at level 1, and files with rendered noise become 4 % smaller.
+std::vector<std::uint8_t> compress(std::vector<std::uint8_t> bytes) {
+  constexpr int kLevel = 1;  // of 12; level 6 takes 1.5 times as long for 2 % smaller files
+  const std::unique_ptr<libdeflate_compressor, void (*)(libdeflate_compressor*)> compressor(
+      libdeflate_alloc_compressor(kLevel), &libdeflate_free_compressor);
+  if (!compressor) throw std::bad_alloc();
+  const std::vector<std::uint8_t> filtered = filter(bytes);
+  std::vector<std::uint8_t> packed(bytes.size() - 1);
+  packed.resize(libdeflate_zlib_compress(compressor.get(), filtered.data(), filtered.size(),
+                                         packed.data(), packed.size()));
+  return packed.empty() ? std::move(bytes) : std::move(packed);
+}
+
+/// Writes all chunks. They are compressed on all threads.
+Status write_chunks(const Image& image, const std::vector<Part>& parts, const Output& output,
+                    exr_context_t file) {
+  const auto chunks_per_part =
+      static_cast<std::size_t>((image.height + kRowsPerChunk - 1) / kRowsPerChunk);
+  std::vector<std::vector<std::uint8_t>> chunks(parts.size() * chunks_per_part);
+  const auto first_row = [&](std::size_t chunk) {
+    return static_cast<int>(chunk % chunks_per_part) * kRowsPerChunk;
+  };
+  parallel_for(static_cast<std::int64_t>(chunks.size()), [&](std::int64_t i) {
+    const auto chunk = static_cast<std::size_t>(i);
+    const int begin = first_row(chunk), end = std::min(begin + kRowsPerChunk, image.height);
+    chunks[chunk] = compress(pack_rows(image, parts[chunk / chunks_per_part], begin, end));
+  });
+  for (std::size_t i = 0; i < chunks.size(); ++i)
+    PM_TRY_STATUS(check(exr_write_scanline_chunk(file, static_cast<int>(i / chunks_per_part),
+                                                 first_row(i), chunks[i].data(), chunks[i].size()),
+                        output));
+  return Ok{};
+}
+
+/// Writes headers and parts. Errors: those of check() and of add_attributes().
+Status write_file(const Image& image, const ExrSettings& settings, const Output& output,
+                  exr_context_t file) {
+  // OpenEXR marks a file whose names may be longer than 31 bytes, which readers before 2.0 refuse.
+  const auto is_long = [](const std::string& name) { return name.size() > 31; };
+  const bool has_long_names =
+      std::any_of(image.channels.begin(), image.channels.end(), is_long) ||
+      std::any_of(image.attributes.begin(), image.attributes.end(),
+                  [&](const Attribute& attribute) { return is_long(attribute.name); });
+  PM_TRY_STATUS(check(exr_set_longname_support(file, has_long_names), output));
+  const std::vector<Part> parts = list_parts(image, settings.multipart);
+  for (const Part& part : parts) PM_TRY_STATUS(add_header(image, part, settings, output, file));
+  PM_TRY_STATUS(check(exr_write_header(file), output));
+  return write_chunks(image, parts, output, file);
+}
+
+/// Encodes an image whose colours are in the space of the settings.
+Result<std::string> encode_converted(const Image& image, const ExrSettings& settings) {
+  Output output;
+  exr_context_initializer_t callbacks = EXR_DEFAULT_CONTEXT_INITIALIZER;
+  callbacks.user_data = &output;
+  callbacks.write_fn = &store;
+  callbacks.error_handler_fn = &store_error;
+  exr_context_t file = nullptr;
+  PM_TRY_STATUS(
+      check(exr_start_write(&file, "the file", EXR_WRITE_FILE_DIRECTLY, &callbacks), output));
+  const auto finish = [&] { return exr_finish(&file); };
+  try {
+    Status status = write_file(image, settings, output, file);
+    const exr_result_t result = finish();
+    PM_TRY_STATUS(std::move(status));
+    PM_TRY_STATUS(check(result, output));
+  } catch (...) {
+    finish();  // does nothing if it was called before
+    throw;
+  }
+  return std::move(output.bytes);
 }
 
 }  // namespace
 
 Result<std::string> encode_exr(const Image& image, const ExrSettings& settings) {
   PM_TRY_STATUS(check_channels(image));
-  try {
-    Planes planes;
-    const Imf::FrameBuffer buffer =
-        settings.color_space == ColorSpace::kRec709
-            ? fill_planes(image, planes)
-            : fill_planes(convert_copy(image, settings.color_space), planes);
-    MemoryStream stream;
-    const Layers layers = list_layers(image);
-    PM_TRY_STATUS(settings.multipart && layers.size() > 1
-                      ? write_parts(image, layers, settings, buffer, stream)
-                      : write_one_part(image, settings, buffer, stream));
-    return stream.take();
-  } catch (const std::bad_alloc&) {
-    throw;  // main() reports it
-  } catch (const std::system_error& e) {
-    return make_thread_error(e.what());  // from OpenEXR's pool
-  } catch (const std::exception& e) {
-    return make_error(ErrorCode::kOutput, "cannot encode the EXR: {}", e.what());
-  }
+  if (settings.color_space == ColorSpace::kRec709) return encode_converted(image, settings);
+  Image converted = image;
+  convert_colors(converted, settings.color_space);
+  return encode_converted(converted, settings);
 }
 
 }  // namespace polymorph

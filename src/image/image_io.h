@@ -90,10 +90,7 @@ Result<Texture> read_texture(const std::filesystem::path& path);
 /// Decodes a texture in memory; `name` is used in messages.
 Result<Texture> decode_texture(const std::string& bytes, const std::string& name);
 
-enum class ExrCompression { kNone, kZip, kZips, kPiz };
-
 struct ExrSettings {
-  ExrCompression compression = ExrCompression::kZip;
   ColorSpace color_space = ColorSpace::kRec709;  ///< space that the colours are converted to
   /// If true, writes one part per layer: first `rgba` with R, G, B and A, then the other layers in
   /// the order of their names. Channels keep their full names. The first part has all header
@@ -104,7 +101,7 @@ struct ExrSettings {
 
 /// Encodes all channels: R, G, B, A half (finite values are clamped to half's +-65504), everything
 /// else float. Chromaticities and kColorInteropAttribute are those of the settings, not of `image`;
-/// the other attributes are written as given (OpenEXR sorts them by name). The display window
+/// the other attributes are written as given. The display window
 /// equals the data window, and there is no time stamp: the same image gives the same bytes. Errors:
 /// kInternal for an attribute or channel name that occurs twice or is the encoder's own.
 Result<std::string> encode_exr(const Image& image, const ExrSettings& settings = {});
