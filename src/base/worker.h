@@ -1,6 +1,8 @@
 // Worker thread: runs tasks one after another.
 #pragma once
 
+#include <tbb/task_arena.h>
+
 #include <condition_variable>
 #include <deque>
 #include <future>
@@ -16,10 +18,10 @@ namespace polymorph {
 /// Runs tasks on one thread. With a thread per task, memory would grow over a long film: oneTBB's
 /// allocator and Embree keep some kilobytes for every thread that ever used them. If all work is
 /// limited to one thread, there is no worker thread, and a task runs when its result is requested.
-/// The destructor waits for the tasks.
+/// The destructor waits for the tasks. A task's parallel loops use up to `max_threads` threads.
 class Worker {
  public:
-  Worker() = default;
+  explicit Worker(int max_threads = tbb::task_arena::automatic) : arena_(max_threads) {}
   Worker(const Worker&) = delete;
   Worker& operator=(const Worker&) = delete;
   ~Worker() {
@@ -59,7 +61,7 @@ class Worker {
       tasks_.pop_front();
       lock.unlock();
       if (!task.valid()) return;
-      task();
+      arena_.execute([&] { task(); });
     }
   }
 
@@ -67,6 +69,7 @@ class Worker {
   std::condition_variable ready_;
   std::deque<Task> tasks_;
   std::thread thread_;
+  tbb::task_arena arena_;
 };
 
 }  // namespace polymorph

@@ -205,6 +205,7 @@ class SequenceRun {
  private:
   /// A thread that makes surfaces and traces frames.
   struct Tracer {
+    explicit Tracer(int max_threads) : worker(max_threads) {}
     std::optional<Renderer> renderer;  ///< set once the tracer is open
     std::string device;                ///< device that traces, "cpu" or "cuda:N"
     std::unique_ptr<Engine> engine;  ///< engine of its GPU; null: start_frame() makes the surfaces
@@ -266,12 +267,21 @@ class SequenceRun {
     return std::min(settings_.frames.size(), frames_at_once() + static_cast<std::size_t>(jobs_));
   }
 
+  /// Returns the maximum number of threads for the parallel loops of a tracer or a writer. Beside
+  /// GPUs the loops are short, and to wake many threads for each takes longer than the loop: with
+  /// 16 jobs on 64 threads, 8 threads a loop give 1.08 times as many frames a second as 64. Half of
+  /// the jobs wait for GPUs.
+  int loop_threads() const {
+    if (report_.device == "cpu" || jobs_ == 1) return tbb::task_arena::automatic;
+    return std::max(2, 2 * thread_count() / jobs_);
+  }
+
   /// Starts to open the tracers in their threads, so that they open while the scene is prepared: a
   /// GPU takes some tenths of a second to be ready, and several GPUs get ready one after another.
   void begin_opening(const std::vector<std::string>& devices) {
     for (int i = 0; i < jobs_; ++i) {
-      tracers_.push_back(std::make_unique<Tracer>());
-      writers_.push_back(std::make_unique<Worker>());
+      tracers_.push_back(std::make_unique<Tracer>(loop_threads()));
+      writers_.push_back(std::make_unique<Worker>(loop_threads()));
       Tracer& tracer = *tracers_.back();
       const std::string device =
           report_.device == "cpu" ? "cpu" : devices[static_cast<std::size_t>(i) % devices.size()];

@@ -112,14 +112,14 @@ Status check_channels(const Image& image) {
 
 /// A channel of a part.
 struct PartChannel {
-  std::size_t index;  ///< in the image
+  std::size_t index;  ///< index in the image
   bool is_half;
 };
 /// A part of the file.
 struct Part {
-  std::string name;  ///< of its layer; unused in a file of one part
+  std::string name;  ///< name of its layer; empty in a file of one part
   std::vector<std::string> names;
-  std::vector<PartChannel> channels;  ///< by name, which is their order in the file
+  std::vector<PartChannel> channels;  ///< sorted by name, as in the file
   std::vector<Attribute> attributes;
   bool has_colors;
   std::size_t row_size;  ///< bytes of a row that is not compressed

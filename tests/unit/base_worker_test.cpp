@@ -30,6 +30,13 @@ TEST_F(WorkerTest, RunsTasksInTheirOrderOnOneThreadThatStays) {
   for (int i = 0; i < 100; ++i) EXPECT_EQ(order[static_cast<std::size_t>(i)], i);
 }
 
+TEST_F(WorkerTest, LoopsOfATaskUseTheGivenNumberOfThreads) {
+  set_thread_count(8);
+  Worker worker(2), unlimited;
+  EXPECT_EQ(worker.run([] { return tbb::this_task_arena::max_concurrency(); }).get(), 2);
+  EXPECT_GT(unlimited.run([] { return tbb::this_task_arena::max_concurrency(); }).get(), 2);
+}
+
 TEST_F(WorkerTest, WithOneThreadATaskRunsWhereItsResultIsAskedFor) {
   set_thread_count(1);
   Worker worker;

@@ -226,8 +226,7 @@ TEST(EncodeExr, GivesEachLayerAPart) {
 
 TEST(EncodeExr, PartsAreReadAsOnePicture) {
   const Image image = layered_image();
-  const std::string one = *encode_exr(image),
-                    parts = *encode_exr(image, {.multipart = true});
+  const std::string one = *encode_exr(image), parts = *encode_exr(image, {.multipart = true});
   const Image expected = read_back("a.exr", one), back = read_back("a.exr", parts);
   EXPECT_EQ(back.channels, expected.channels);
   EXPECT_EQ(back.pixels, expected.pixels);
