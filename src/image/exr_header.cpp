@@ -17,7 +17,7 @@ constexpr std::size_t kMaxHeader = std::size_t{64} << 20;  // bytes
 
 /// Tests whether an encoder writes this entry itself.
 bool is_encoders_own(std::string_view name) {
-  return name == "pixelAspectRatio" || name == "screenWindowWidth";
+  return name == "pixelAspectRatio" || name == "screenWindowWidth" || name == "type";
 }
 
 /// Parses the entries of a header; nullopt if the header does not end within `bytes`.

@@ -11,8 +11,10 @@
 #include <limits>
 
 #include "base/parallel.h"
+#include "image/exr_header.h"
 #include "image/image_io.h"
 #include "testing/image.h"
+#include "testing/temporary_folder.h"
 
 namespace polymorph {
 namespace {
@@ -221,6 +223,24 @@ TEST(EncodeExr, GivesEachLayerAPart) {
     EXPECT_EQ(header_text(header, "note"), i == 0 ? "a" : "none");
     EXPECT_EQ(header_text(header, "cryptomatte/1234567/manifest"),
               i == 0 || i == 4 ? "{}" : "none");
+  }
+}
+
+TEST(EncodeExr, TheEntriesOfAFileCanBeWrittenAgain) {
+  Image image = random_image(5, 4, {"R", "G", "B"});
+  image.attributes = {{"polymorph/frame", 17}, {"note", std::string("a")}};
+  const TemporaryFolder folder;
+  const auto entries = read_exr_attributes(folder.write("a.exr", *encode_exr(image)));
+  ASSERT_TRUE(entries);
+  image.attributes = *entries;
+  const auto bytes = encode_exr(image);
+  ASSERT_TRUE(bytes) << bytes.error().message;
+  const auto again = read_exr_attributes(folder.write("b.exr", *bytes));
+  ASSERT_TRUE(again);
+  ASSERT_EQ(again->size(), entries->size());
+  for (std::size_t i = 0; i < entries->size(); ++i) {
+    EXPECT_EQ((*again)[i].name, (*entries)[i].name);
+    EXPECT_EQ((*again)[i].value, (*entries)[i].value);
   }
 }
 
