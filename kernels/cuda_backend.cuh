@@ -409,6 +409,11 @@ class CudaBackend {
   /// before the one before it has ended.
   void start_frame(std::size_t max_memory, bool time_passes) {
     check_cuda(cudaSetDevice(device_), "select the device");
+    // A frame that failed may have left copies that still use the pinned memory.
+    if (std::exchange(is_in_frame_, true)) {
+      check_cuda(cudaStreamSynchronize(stream_), "end the frame that failed");
+      check_cuda(cudaStreamSynchronize(copy_stream_), "end the frame that failed");
+    }
     times_passes_ = time_passes;
     used_marks_ = 0;
     fits_.clear();
@@ -453,6 +458,7 @@ class CudaBackend {
     }
     if (used_marks_ > 0 && std::strcmp(marks_[used_marks_ - 1].name, kNoPass) != 0) mark(kNoPass);
     check_cuda(cudaStreamSynchronize(stream_), "finish the frame");
+    is_in_frame_ = false;
   }
   /// Returns the times of the last frame; only this call reads them from the device.
   std::vector<PassTime> pass_times() const {
@@ -670,7 +676,7 @@ class CudaBackend {
   static constexpr std::size_t kCopyThreads = 8;
 
   int device_ = 0, processors_ = 1;
-  bool overlaps_kernels_ = false, times_passes_ = false;
+  bool overlaps_kernels_ = false, times_passes_ = false, is_in_frame_ = false;
   cudaStream_t stream_ = nullptr;       ///< stream of the passes
   cudaStream_t copy_stream_ = nullptr;  ///< stream of downloads
   char* staging_ = nullptr;  ///< pinned memory: kStagingBytes for downloads, then for uploads
