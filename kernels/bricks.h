@@ -211,14 +211,17 @@ struct CountBricks {
     });
   }
 
+  /// Returns whether all points of the brick whose lowest point is `first` are on the grid.
+  PM_HD bool is_on_grid(Int3 first) const {
+    const Int3 n = grid.points;
+    return first.x >= 0 && first.y >= 0 && first.z >= 0 && first.x + kBrickCells < n.x &&
+           first.y + kBrickCells < n.y && first.z + kBrickCells < n.z;
+  }
   /// Sets all points that are not on the grid to `outside`.
   template <class Team>
   PM_HD void fill_beyond_grid(const Team& team, Int3 first, float* brick_values) const {
+    if (is_on_grid(first)) return;
     const Int3 n = grid.points;
-    if (first.x >= 0 && first.y >= 0 && first.z >= 0 && first.x + kBrickCells < n.x &&
-        first.y + kBrickCells < n.y && first.z + kBrickCells < n.z) {
-      return;
-    }
     team.each(kBrickValues, [&](int i) {
       const int x = first.x + i % kBrickPoints, y = first.y + i / kBrickPoints % kBrickPoints,
                 z = first.z + i / kLines;

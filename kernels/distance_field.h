@@ -164,6 +164,21 @@ struct DistanceField {
         : field(of_field), grid(of_grid), first(first_point) {}
     PM_HD V operator()(int item) const { return field.value(brick_points<V>(grid, first, item)); }
   };
+#if defined(PM_PACKS)
+  /// The field at points of a box (level_set.h).
+  struct PackBox {
+    struct Scratch {};
+    const DistanceField& field;
+    BoxPoints points;
+    PackBox(Scratch&, const DistanceField& of_field, const BoxPoints& box)
+        : field(of_field), points(box) {}
+    void add_lines(std::uint64_t) const {}
+    template <class V>
+    V value(const std::uint32_t* at) const {
+      return field.value(points.at<V>(at));
+    }
+  };
+#endif
 
   /// The value(p, detail), its gradient by central differences over two cells, and its derivative
   /// by `detail`, which is the distance less the smoothed one, or 0 without smoothed distances.
@@ -364,9 +379,24 @@ struct DistanceBounds {
   PM_HD std::uint32_t crossing_boxes(const Points<V>& middle, Vec3 half, Local,
                                      bool has_rim) const {
     const V distance = field.value(middle);
-    const float max_change = 1.001f * lipschitz * sqrt(dot(half, half)) + rounding;
-    const std::uint32_t can_be_inside = Lanes<V>::bits(distance > -max_change);
-    return has_rim ? can_be_inside : can_be_inside & Lanes<V>::bits(distance <= max_change);
+    const float change = max_change(half);
+    const std::uint32_t can_be_inside = Lanes<V>::bits(distance > -change);
+    return has_rim ? can_be_inside : can_be_inside & Lanes<V>::bits(distance <= change);
+  }
+#if defined(PM_PACKS)
+  template <class V>
+  Sides sides(const DistanceField::PackBox& box, const std::uint32_t* middles, Vec3 half,
+              Local) const {
+    const V distance = box.value<V>(middles);
+    const float change = max_change(half);
+    return {Lanes<V>::bits(distance > -change), Lanes<V>::bits(distance <= change)};
+  }
+#endif
+
+ private:
+  /// Bounds the change of the distance from the middle of a box of half sides `half`.
+  PM_HD float max_change(Vec3 half) const {
+    return 1.001f * lipschitz * sqrt(dot(half, half)) + rounding;
   }
 };
 

@@ -38,21 +38,13 @@ PM_HD inline Points<V> line_points(const Grid& grid, Int3 start) {
 }
 
 /// Returns as many points of a brick as V has lanes, from point `lanes * item` on: a part of a line
-/// along x, a whole line or two lines. `first`: the brick's lowest grid point.
+/// along x. `first`: the brick's lowest grid point.
 template <class V>
 PM_HD inline Points<V> brick_points(const Grid& grid, Int3 first, int item) {
   constexpr int kLanes = Lanes<V>::kCount;
   const int line = item * kLanes / kBrickPoints;
-  const Int3 start = {first.x + item * kLanes % kBrickPoints, first.y + line % kBrickPoints,
-                      first.z + line / kBrickPoints};
-  if constexpr (kLanes <= kBrickPoints) {
-    return line_points<V>(grid, start);
-  } else {
-    using Half = typename Lanes<V>::Half;
-    const Points<Half> low = line_points<Half>(grid, start),
-                       high = line_points<Half>(grid, {start.x, start.y + 1, start.z});
-    return {join(low.x, high.x), join(low.y, high.y), join(low.z, high.z)};
-  }
+  return line_points<V>(grid, {first.x + item * kLanes % kBrickPoints,
+                               first.y + line % kBrickPoints, first.z + line / kBrickPoints});
 }
 
 #if defined(PM_PACKS)
@@ -64,6 +56,29 @@ inline Points<Pack> brick_corners(const Grid& grid, Int3 first) {
   return {Pack{a.x, b.x, a.x, b.x, a.x, b.x, a.x, b.x},
           Pack{a.y, a.y, b.y, b.y, a.y, a.y, b.y, b.y},
           Pack{a.z, a.z, a.z, a.z, b.z, b.z, b.z, b.z}};
+}
+
+/// The 8^3 points of a box that is aligned with the axes. The index of point (x, y, z) is
+/// x + 8 (y + 8 z).
+struct BoxPoints {
+  Points<Pack> axes;  ///< the coordinates along each axis, in ascending order
+
+  /// Returns as many points as V has lanes.
+  template <class V>
+  Points<V> at(const std::uint32_t* points) const {
+    const auto index = Lanes<V>::load_bits(points);
+    return {permute(axes.x, index % kBrickPoints),
+            permute(axes.y, index / kBrickPoints % kBrickPoints),
+            permute(axes.z, index / (kBrickPoints * kBrickPoints))};
+  }
+};
+/// Returns the points of the brick whose lowest grid point is `first`.
+inline BoxPoints brick_box(const Grid& grid, Int3 first) {
+  const auto axis = [&](float origin, int index) {
+    return origin + grid.cell * (Lanes<Pack>::iota() + static_cast<float>(index));
+  };
+  return {
+      {axis(grid.origin.x, first.x), axis(grid.origin.y, first.y), axis(grid.origin.z, first.z)}};
 }
 #endif
 

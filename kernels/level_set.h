@@ -5,16 +5,21 @@
 //
 // A field has, for V = float or a pack of floats,
 //   value(p), negated_gradient(p): the field and minus its gradient at Points<V>
-//   prefetch(grid, first), on the CPU: prefetches the distances that value() reads at the points of
-//     the brick whose lowest grid point is `first`
-//   BrickValues<V>(team, scratch, field, grid, first): evaluates value() at the points of that
-//     brick; its call operator takes the index of a pack of points. The team's threads share
-//     `scratch`, a BrickScratch
+//   BrickValues<float>(team, scratch, field, grid, first): evaluates value() at the points of the
+//     brick whose lowest grid point is `first`; its call operator takes the index of a point. The
+//     team's threads share `scratch`, a BrickScratch
+//   PackBox(scratch, field, points), for packs: evaluates value() at some of the BoxPoints
+//     (field.h). add_lines(bits) prepares the lines of points (y, z) that have bit y + 8 z; then
+//     value<V>(indices) evaluates a pack of their points
+//   prefetch(grid, first), for packs: prefetches the distances that value() reads at the points of
+//     the brick
 // The bounds of a field have
 //   local(team, box): a Local, which holds the bounds that are valid in all of a node's box
 //   crossing_boxes(middles, half, local, has_rim): a mask of lanes. Bit l is set if the surface can
 //     cross the box of half sides `half` around middle l. With has_rim it is set if a point of that
 //     box can be inside, because the rim around the grid is outside (tree.h)
+//   sides<V>(box, middles, half, local), for packs: the Sides on which boxes around points of a
+//     PackBox can have points
 // If kHasHalves is true, both also have half(o), o = 0 or 1: an object with the same functions for
 // float, which two neighbouring threads of a GPU call together (MorphField::Half).
 #pragma once
@@ -158,11 +163,13 @@ struct ClassifyNodes {
   }
 
   /// Tests whether the surface can cross any of the equal blocks of a brick. Blocks have
-  /// tighter bounds than the whole brick, so that fewer bricks are sampled.
+  /// tighter bounds than the whole brick, so that fewer bricks are sampled. Returns true for packs,
+  /// which test blocks when they sample a brick (SampleBlocks).
   template <class Team>
   PM_HD bool can_cross_blocks(const Team& team, Int3 at,
                               const typename Bounds::Local& local) const {
     using V = typename Team::V;
+    if constexpr (Lanes<V>::kCount > 1) return true;
     const NodeBox box = node_box(grid, level.cells, /*margin=*/0, at);
     // With 3^3 blocks a GPU samples more bricks, but in less time than 4^3 blocks take to test.
     constexpr int kBlocksAlongAxis = kHalves<Team, Bounds> ? 3 : 4,
@@ -245,8 +252,8 @@ struct PrepareNodes {
   }
 };
 
-/// Samples the field at each brick's points, and counts the brick's vertices and triangles
-/// (CountBricks). One team per brick.
+/// Samples the field at each brick's points, one at a time (SampleBlocks: in packs), and counts the
+/// brick's vertices and triangles (CountBricks). One team per brick.
 template <class Field>
 struct SampleLevelSet : CountBricks {
   /// Eight teams on a multiprocessor leave 64 registers to each thread.
@@ -261,9 +268,6 @@ struct SampleLevelSet : CountBricks {
     using V = typename Team::V;
     constexpr int kLanes = Lanes<V>::kCount;
     const Int3 first = first_point(bricks[begin + item]);
-#if defined(PM_PACKS)
-    if (begin + item + 1 < bricks.size) field.prefetch(grid, first_point(bricks[begin + item + 1]));
-#endif
     const typename Field::template BrickValues<V> values_at(team, scratch.field, field, grid,
                                                             first);
     team.each(kBrickValues / kLanes,

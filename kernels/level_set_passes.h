@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -18,6 +19,7 @@
 #include "morph_field.h"
 #include "morph_surface.h"
 #include "regression.h"
+#include "sample_blocks.h"
 #include "tree.h"
 #include "types.h"
 #include "view.h"
@@ -68,21 +70,30 @@ BrickViews find_level_set_bricks(Workspace<B>& work, const TreeShape& shape, con
   return out;
 }
 
-/// Extracts the surface on which `field` is 0, given its bounds (level_set.h).
-template <class B, class Field, class Bounds>
-void extract_level_set(Workspace<B>& work, const Field& field, const Bounds& bounds,
-                       const Grid& grid, ExtractSettings settings, Mesh& mesh) {
+/// Extracts the surface on which the field of `bounds` (level_set.h) is 0.
+template <class B, class Bounds>
+void extract_level_set(Workspace<B>& work, const Bounds& bounds, const Grid& grid,
+                       ExtractSettings settings, Mesh& mesh) {
   settings.iso = 0;
   const TreeShape shape = tree_shape(grid, B::kManyRoots);
   extract_bricks(work, grid, settings, mesh, [&] {
-    using Sample = SampleLevelSet<Field>;
+    using Field = decltype(bounds.field);
+    constexpr bool kPacks = Lanes<typename B::Team::V>::kCount > 1;
+    using Sample = std::conditional_t<kPacks, SampleBlocks<Bounds>, SampleLevelSet<Field>>;
     using Vertices = LevelSetVertices<Field>;
+    const auto sample = [&](const CountBricks& count) {
+      if constexpr (kPacks) {
+        return Sample{count, bounds};
+      } else {
+        return Sample{count, bounds.field};
+      }
+    };
     BrickViews bricks = find_level_set_bricks(work, shape, grid, bounds);
     fit_bricks(work, grid, bricks);
     // Points beyond the grid are outside, at a distance of one cell.
     return SampledBricks<Sample, Vertices>{
-        bricks, Sample{prepare_counting(work, grid, settings, bricks, -grid.cell), field},
-        Vertices{field, 1 / grid.cell}};
+        bricks, sample(prepare_counting(work, grid, settings, bricks, -grid.cell)),
+        Vertices{bounds.field, 1 / grid.cell}};
   });
 }
 
@@ -138,9 +149,9 @@ DistanceField upload_object(Workspace<B>& work, const std::shared_ptr<const Dist
 template <class B>
 void extract_distances(Workspace<B>& work, const std::shared_ptr<const DistanceGrid>& object,
                        const Grid& grid, const ExtractSettings& settings, Mesh& mesh) {
-  const DistanceField field = upload_distances(work, object);
-  const DistanceBounds bounds = {field, object->lipschitz, distance_rounding(grid)};
-  extract_level_set(work, field, bounds, grid, settings, mesh);
+  const DistanceBounds bounds = {upload_distances(work, object), object->lipschitz,
+                                 distance_rounding(grid)};
+  extract_level_set(work, bounds, grid, settings, mesh);
 }
 
 /// A regression's samples and their values as the kernels read them.
@@ -333,9 +344,9 @@ inline float affine_norm(const AffineMap& map) {
   return largest;
 }
 
+/// Returns the field of a surface on a grid, with its bounds.
 template <class B>
-void extract_morph(Workspace<B>& work, const MorphSurface& surface, const Grid& grid,
-                   const ExtractSettings& settings, Mesh& mesh) {
+MorphBounds bound_morph(Workspace<B>& work, const MorphSurface& surface, const Grid& grid) {
   const MorphField field = {
       compute_map(work, surface.map),
       {upload_object(work, surface.from, surface.smooth_from, surface.fade_from),
@@ -352,7 +363,13 @@ void extract_morph(Workspace<B>& work, const MorphSurface& surface, const Grid& 
     if (object) bounds.lipschitz = std::max(bounds.lipschitz, object->lipschitz);
   }
   bounds.rounding = distance_rounding(grid);
-  extract_level_set(work, field, bounds, grid, settings, mesh);
+  return bounds;
+}
+
+template <class B>
+void extract_morph(Workspace<B>& work, const MorphSurface& surface, const Grid& grid,
+                   const ExtractSettings& settings, Mesh& mesh) {
+  extract_level_set(work, bound_morph(work, surface, grid), grid, settings, mesh);
 }
 
 }  // namespace polymorph

@@ -83,26 +83,58 @@ struct MorphField {
 #if defined(PM_PACKS)
   /// Prefetches the distances that value() reads at the points of the brick from `first` on.
   void prefetch(const Grid& grid, Int3 first) const {
-    Pack map_values[kRegressionValues];
-    Points<Pack> on_source, on_target;
-    pull_back(brick_corners(grid, first), map_values, on_source, on_target);
+    const Points<Pack> corners = brick_corners(grid, first);
+    Pack m[kRegressionValues];
+    map.spline(corners, m);
     for (int o = 0; o < 2; ++o) {
-      const Pack detail = object[o].detail_share(own_progress(o, map_values[3]));
-      object[o].prefetch(o == 0 ? on_source : on_target,
+      const Pack detail = object[o].detail_share(own_progress(o, m[3]));
+      object[o].prefetch(map.apply(o, corners, Points<Pack>{m[4 * o], m[4 * o + 1], m[4 * o + 2]}),
                          !object[o].smooth || Lanes<Pack>::bits(detail > 0.0f) != 0,
                          object[o].smooth && Lanes<Pack>::bits(detail < 1.0f) != 0);
     }
   }
 #endif
 
+#if defined(PM_PACKS)
+  /// The field at points of a box (level_set.h), which share sums of the spline's nodes.
+  struct PackBox {
+    using Scratch = PackBrickSpline::Scratch;
+    const MorphField& field;
+    BoxPoints points;
+    PackBrickSpline spline;
+    PackBox(Scratch& scratch, const MorphField& of_field, const BoxPoints& box)
+        : field(of_field), points(box), spline(scratch, field.map, box.axes) {}
+    void add_lines(std::uint64_t lines) {
+      if (spline.has_lines()) spline.add_lines(lines);
+    }
+    /// Computes the map's values m at the points, and returns their positions.
+    template <class V>
+    Points<V> map_values(const std::uint32_t* at, V (&m)[kRegressionValues]) const {
+      const Points<V> p = points.at<V>(at);
+      if (spline.has_lines()) {
+        spline.values(at, m);
+      } else {
+        field.map.spline(p, m);
+      }
+      return p;
+    }
+    template <class V>
+    V value(const std::uint32_t* at) const {
+      V m[kRegressionValues];
+      const Points<V> p = map_values(at, m);
+      return field.value(p, m);
+    }
+  };
+#endif
+
   using BrickScratch = TeamBrickSpline::Scratch;
-  /// Evaluates value() at the points of a brick, a pack at a time.
+  /// Evaluates value() at the points of a brick.
   template <class V>
   struct BrickValues {
     const MorphField& field;
     Grid grid;
     Int3 first;
-    BrickSpline<V> spline;
+    TeamBrickSpline spline;
     template <class Team>
     PM_HD BrickValues(const Team& team, BrickScratch& scratch, const MorphField& of_field,
                       const Grid& of_grid, Int3 first_point)
@@ -118,16 +150,6 @@ struct MorphField {
       return field.value(p, map_values);
     }
   };
-
-  /// Computes the map's values m at p, and the corresponding points a on the source and b on the
-  /// target.
-  template <class V>
-  PM_HD void pull_back(const Points<V>& p, V (&m)[kRegressionValues], Points<V>& a,
-                       Points<V>& b) const {
-    map.spline(p, m);
-    a = map.apply(0, p, Points<V>{m[0], m[1], m[2]});
-    b = map.apply(1, p, Points<V>{m[4], m[5], m[6]});
-  }
 
   /// Contribution of an object (0 or 1) to the gradient at a point.
   template <class V>
@@ -326,20 +348,37 @@ struct MorphBounds {
   PM_HD std::uint32_t crossing_boxes(const Points<V>& middle, Vec3 half, const Local& strain_length,
                                      bool has_rim) const {
     V m[kRegressionValues];
-    Points<V> a, b;
-    field.pull_back(middle, m, a, b);
-    const Ranges<V> ranges(*this, half, strain_length, m[3], m[7]);
-    const auto range_a = field.object_range(0, a, ranges.min_progress, ranges.max_progress);
-    const auto range_b = field.object_range(1, b, ranges.min_progress, ranges.max_progress);
-    const std::uint32_t can_be_inside =
-        Lanes<V>::bits(ranges.high(field.object_bound(0, range_a.high, ranges.max_change),
-                                   field.object_bound(1, range_b.high, ranges.max_change)) > 0.0f);
-    if (has_rim || can_be_inside == 0) return can_be_inside;
-    return can_be_inside &
-           Lanes<V>::bits(ranges.low(field.object_bound(0, range_a.low, -ranges.max_change),
-                                     field.object_bound(1, range_b.low, -ranges.max_change)) <=
-                          0.0f);
+    field.map.spline(middle, m);
+    const Sides can_be = sides(middle, m, half, strain_length);
+    return has_rim ? can_be.inside : can_be.inside & can_be.outside;
   }
+  /// Returns the sides on which boxes can have points, given the map's values in their middles.
+  template <class V>
+  PM_HD Sides sides(const Points<V>& middle, const V (&m)[kRegressionValues], Vec3 half,
+                    const Local& strain_length) const {
+    const Ranges<V> ranges(*this, half, strain_length, m[3], m[7]);
+    const auto range_at = [&](int o) {
+      const V* values = m + 4 * o;
+      return field.object_range(
+          o, field.map.apply(o, middle, Points<V>{values[0], values[1], values[2]}),
+          ranges.min_progress, ranges.max_progress);
+    };
+    const auto range_a = range_at(0), range_b = range_at(1);
+    const V high = ranges.high(field.object_bound(0, range_a.high, ranges.max_change),
+                               field.object_bound(1, range_b.high, ranges.max_change)),
+            low = ranges.low(field.object_bound(0, range_a.low, -ranges.max_change),
+                             field.object_bound(1, range_b.low, -ranges.max_change));
+    return {Lanes<V>::bits(high > 0.0f), Lanes<V>::bits(low <= 0.0f)};
+  }
+#if defined(PM_PACKS)
+  template <class V>
+  Sides sides(const MorphField::PackBox& box, const std::uint32_t* middles, Vec3 half,
+              const Local& strain_length) const {
+    V m[kRegressionValues];
+    const Points<V> p = box.map_values(middles, m);
+    return sides(p, m, half, strain_length);
+  }
+#endif
 
   /// Maximum changes of the distances, t and c w from the middle of a box, and the ends of the
   /// ranges of t and of b.

@@ -475,134 +475,111 @@ struct SmoothMap {
 };
 
 #if defined(PM_PACKS)
-/// Evaluates a SmoothMap's spline at the 8^3 points of a brick. The points of a line along x share
-/// sums of nodes over y and z; all lines share their coordinates along x.
+/// Evaluates a SmoothMap's spline at some of the 8^3 points of a box that is aligned with the axes,
+/// such as a brick. The points of a line along x share sums of nodes over y and z (columns), which
+/// are computed for those lines alone that have a point to be evaluated.
 struct PackBrickSpline {
   static constexpr int kPoints = kBrickPoints;
+  static constexpr int kMaxColumns = 8;  ///< the most nodes along x
+  struct Scratch {
+    /// Per line and node along x, the eight values summed over y and z.
+    alignas(64) float columns[kPoints * kPoints * kMaxColumns * kRegressionValues];
+  };
 
-  /// `first`: the brick's lowest point of `grid`. A pack needs neither a team nor its scratch.
-  template <class Team, class Scratch>
-  PackBrickSpline(const Team&, const Scratch&, const SmoothMap& smooth_map, const Grid& grid,
-                  Int3 first)
-      : map(smooth_map),
-        x(axis_points(grid.origin.x, grid.cell, first.x), map.lattice.origin.x, map.inv_spacing,
-          map.lattice.points.x),
-        y(axis_points(grid.origin.y, grid.cell, first.y), map.lattice.origin.y, map.inv_spacing,
-          map.lattice.points.y),
-        z(axis_points(grid.origin.z, grid.cell, first.z), map.lattice.origin.z, map.inv_spacing,
-          map.lattice.points.z) {
+  /// `at`: the coordinates of the points along each axis, in ascending order.
+  PackBrickSpline(Scratch& shared, const SmoothMap& smooth_map, const Points<Pack>& at)
+      : scratch(shared), map(smooth_map) {
+    const SplineAxisOf<Pack> x(at.x, map.lattice.origin.x, map.inv_spacing, map.lattice.points.x),
+        y(at.y, map.lattice.origin.y, map.inv_spacing, map.lattice.points.y),
+        z(at.z, map.lattice.origin.z, map.inv_spacing, map.lattice.points.z);
     const int end = static_cast<int>(x.middle[kPoints - 1]) + 2;
-    // line_of_four_nodes() loads four nodes at once, which must not reach beyond the row.
+    // add_line() loads four nodes at once, which must not reach beyond the row.
     const int lowest = static_cast<int>(x.middle[0]) - 1, last_four = map.lattice.points.x - 4;
     begin = lowest < last_four ? lowest : last_four;
     count = end - begin;
-    column = x.middle - static_cast<std::uint32_t>(begin + 1);
+    line_size = kRegressionValues * (count <= 4 ? 4 : kMaxColumns);
+    const PackBits first = kRegressionValues * (x.middle - static_cast<std::uint32_t>(begin + 1));
+    std::memcpy(column, &first, sizeof column);
+    std::memcpy(y_middle, &y.middle, sizeof y_middle);
+    std::memcpy(z_middle, &z.middle, sizeof z_middle);
     for (int i = 0; i < 3; ++i) {
+      Lanes<Pack>::store(x_weight[i], x.weight[i]);
       Lanes<Pack>::store(y_weight[i], y.weight[i]);
       Lanes<Pack>::store(z_weight[i], z.weight[i]);
     }
-#if defined(PM_WIDE_PACKS)
-    for (int i = 0; i < 3; ++i) x_weight[i] = join(x.weight[i], x.weight[i]);
-    first_value = reinterpret_cast<WidePackBits>(
-        join(reinterpret_cast<Pack>(8u * column), reinterpret_cast<Pack>(8u * column + 4u)));
-#endif
   }
 
-  /// Returns whether values() may be called, which needs at most eight nodes along x.
-  bool has_lines() const { return count <= 8; }
-  /// Evaluates the eight values, without the affine maps, at pack `item` of the brick's points.
-  template <class V>
-  void values(int item, V (&out)[kRegressionValues]) const {
-    // A pack of 8 or 16 points is one line of points along x or two.
-    const int first_line = item * Lanes<V>::kCount / kPoints;
-    line(first_line % kPoints, first_line / kPoints, out);
+  /// Returns whether the other functions may be called, which need at most eight nodes along x.
+  bool has_lines() const { return count <= kMaxColumns; }
+  /// Prepares lines of points for values(): those that have a bit, that of (y, z) at y + 8 z.
+  void add_lines(std::uint64_t lines) {
+    for (std::uint64_t missing = lines & ~has_columns; missing != 0; missing &= missing - 1)
+      add_line(countr_zero(missing));
+    has_columns |= lines;
   }
+  /// Evaluates the eight values, without the affine maps, at as many points as V has lanes. The
+  /// index of point (x, y, z) is x + 8 (y + 8 z).
+  void values(const std::uint32_t* points, Pack (&out)[kRegressionValues]) const {
+    for (int l = 0; l < 8; ++l) {
+      const std::uint32_t x = points[l] % kPoints;
+      const float* at = scratch.columns + line_size * (points[l] / kPoints) + column[x];
+      const Pack low = Lanes<Pack>::load(at) * x_weight[0][x],
+                 sum = fma(broadcast<Pack>(x_weight[1][x]),
+                           Lanes<Pack>::load(at + kRegressionValues), low);
+      out[l] =
+          fma(broadcast<Pack>(x_weight[2][x]), Lanes<Pack>::load(at + 2 * kRegressionValues), sum);
+    }
+    transpose(out);
+  }
+#if defined(PM_WIDE_PACKS)
+  void values(const std::uint32_t* points, WidePack (&out)[kRegressionValues]) const {
+    Pack low[kRegressionValues], high[kRegressionValues];
+    values(points, low), values(points + 8, high);
+    for (int i = 0; i < kRegressionValues; ++i) out[i] = join(low[i], high[i]);
+  }
+#endif
 
  private:
-  /// Returns the coordinates of a brick's points along an axis, from point `index` on.
-  static Pack axis_points(float origin, float cell, int index) {
-    return origin + cell * (Lanes<Pack>::iota() + static_cast<float>(index));
-  }
-  /// Evaluates the eight values, without the affine maps, at the points of a line along x or, with
-  /// WidePack, of two neighbouring lines along y.
-  void line(int line_y, int line_z, Pack (&values)[kRegressionValues]) const {
+  void add_line(int line) {
+    const int line_y = line % kPoints, line_z = line / kPoints;
     float weights[9];
-    const float* nodes = weigh_nodes(line_y, line_z, weights);
-    // At first values[n] holds the values of column n, summed over y and z. After the
-    // transpose, values[i] holds value i of all columns.
-    for (int n = 0; n < 8; ++n) {
-      values[n] = Pack{};
-      if (n >= count) continue;
-      map.for_nodes(nodes + kRegressionValues * n, [&](const float* node, int i) {
-        values[n] = fma(broadcast<Pack>(weights[i]), Lanes<Pack>::load(node), values[n]);
-      });
-    }
-    transpose(values);
-    for (Pack& value : values) {
-      const Pack row = value;
-      value = fma(x.weight[2], permute(row, column + 2u),
-                  fma(x.weight[1], permute(row, column + 1u), permute(row, column) * x.weight[0]));
-    }
-  }
-#if defined(PM_WIDE_PACKS)
-  void line(int line_y, int line_z, WidePack (&values)[kRegressionValues]) const {
-    if (count <= 4) {
-      // Element i: values i and i + 4 of line line_y (low) or of the next one (high).
-      WidePack low[4], high[4];
-      line_of_four_nodes(line_y, line_z, low), line_of_four_nodes(line_y + 1, line_z, high);
-      for (int i = 0; i < 4; ++i) {
-        values[i] = join_low_halves(low[i], high[i]);
-        values[i + 4] = join_high_halves(low[i], high[i]);
-      }
-      return;
-    }
-    Pack low[kRegressionValues], high[kRegressionValues];
-    line(line_y, line_z, low), line(line_y + 1, line_z, high);
-    for (int i = 0; i < kRegressionValues; ++i) values[i] = join(low[i], high[i]);
-  }
-#endif
-
-  /// Returns the lowest node that contributes to a line, and computes the weights of the 3 x 3 rows
-  /// of nodes around the line.
-  const float* weigh_nodes(int line_y, int line_z, float (&weights)[9]) const {
     for (int k = 0; k < 3; ++k) {
       for (int j = 0; j < 3; ++j) weights[3 * k + j] = y_weight[j][line_y] * z_weight[k][line_z];
     }
-    const std::int64_t row =
-        static_cast<std::int64_t>(y.middle[line_y]) - 1 +
-        map.lattice.points.y * (static_cast<std::int64_t>(z.middle[line_z]) - 1);
-    return map.nodes + kRegressionValues * (begin + map.lattice.points.x * row);
-  }
+    const std::int64_t row = static_cast<std::int64_t>(y_middle[line_y]) - 1 +
+                             map.lattice.points.y * (std::int64_t{z_middle[line_z]} - 1);
+    const float* nodes = map.nodes + kRegressionValues * (begin + map.lattice.points.x * row);
+    float* out = scratch.columns + line_size * static_cast<std::uint32_t>(line);
 #if defined(PM_WIDE_PACKS)
-  /// Evaluates a line to which at most four nodes along x contribute. values[i]: value i and, in
-  /// the upper half, value i + 4 at the line's eight points.
-  void line_of_four_nodes(int line_y, int line_z, WidePack (&values)[4]) const {
-    float weights[9];
-    WidePack low = {}, high = {};  // the 16 values of two columns each
-    map.for_nodes(weigh_nodes(line_y, line_z, weights), [&](const float* node, int i) {
-      const WidePack weight = broadcast<WidePack>(weights[i]);
-      low = fma(weight, Lanes<WidePack>::load(node), low);
-      high = fma(weight, Lanes<WidePack>::load(node + 16), high);
-    });
-    for (std::uint32_t i = 0; i < 4; ++i) {
-      const WidePackBits at = first_value + i;
-      values[i] =
-          fma(x_weight[2], permute(low, high, at + 16u),
-              fma(x_weight[1], permute(low, high, at + 8u), permute(low, high, at) * x_weight[0]));
+    if (count <= 4) {
+      WidePack low = {}, high = {};  // the 16 values of two columns each
+      map.for_nodes(nodes, [&](const float* node, int i) {
+        const WidePack weight = broadcast<WidePack>(weights[i]);
+        low = fma(weight, Lanes<WidePack>::load(node), low);
+        high = fma(weight, Lanes<WidePack>::load(node + 16), high);
+      });
+      Lanes<WidePack>::store(out, low), Lanes<WidePack>::store(out + 16, high);
+      return;
+    }
+#endif
+    for (int n = 0; n < count; ++n) {
+      Pack sum = {};
+      map.for_nodes(nodes + kRegressionValues * n, [&](const float* node, int i) {
+        sum = fma(broadcast<Pack>(weights[i]), Lanes<Pack>::load(node), sum);
+      });
+      Lanes<Pack>::store(out + kRegressionValues * n, sum);
     }
   }
-#endif
 
+  Scratch& scratch;
   const SmoothMap& map;
-  SplineAxisOf<Pack> x, y, z;
-  int begin, count;  ///< nodes along x that contribute to the brick
-  PackBits column;   ///< the first of a point's three nodes along x, counted from `begin`
-  alignas(32) float y_weight[3][kPoints], z_weight[3][kPoints];
-#if defined(PM_WIDE_PACKS)
-  WidePack x_weight[3];  ///< x.weight in both halves
-  /// Index of value 0 (lower half) or 4 (upper half) of each point's first node, from `begin` on.
-  WidePackBits first_value;
-#endif
+  int begin, count;               ///< nodes along x that contribute to the box
+  std::uint32_t line_size;        ///< floats of a line's columns
+  std::uint64_t has_columns = 0;  ///< the lines whose columns are computed
+  /// Per point along x: the first value of its first column, counted from the line's first one.
+  std::uint32_t column[kPoints];
+  std::uint32_t y_middle[kPoints], z_middle[kPoints];
+  alignas(32) float x_weight[3][kPoints], y_weight[3][kPoints], z_weight[3][kPoints];
 };
 #endif
 
@@ -674,15 +651,6 @@ struct TeamBrickSpline {
   Scratch& scratch;
   int count = 0;  ///< nodes along x that contribute to the brick
 };
-
-#if defined(PM_PACKS)
-/// The spline of a brick for points V.
-template <class V>
-using BrickSpline = std::conditional_t<(Lanes<V>::kCount > 1), PackBrickSpline, TeamBrickSpline>;
-#else
-template <class V>
-using BrickSpline = TeamBrickSpline;
-#endif
 
 /// Bounds of the spline's derivatives along each axis around a node, per scene unit.
 struct Strain {

@@ -440,14 +440,9 @@ inline void gather_rows(const float* base, WidePackBits index, const std::int32_
     }
   }
 }
-/// Returns lane `index` of two packs, for indices below 32.
-inline WidePack permute(WidePack low, WidePack high, WidePackBits index) {
-  return _mm512_permutex2var_ps(low, reinterpret_cast<__m512i>(index), high);
-}
-/// Returns the low half of a, followed by that of b.
-inline WidePack join_low_halves(WidePack a, WidePack b) { return _mm512_shuffle_f32x4(a, b, 0x44); }
-inline WidePack join_high_halves(WidePack a, WidePack b) {
-  return _mm512_shuffle_f32x4(a, b, 0xee);
+/// Returns table[index], for indices below 8.
+inline WidePack permute(Pack table, WidePackBits index) {
+  return _mm512_permutexvar_ps(reinterpret_cast<__m512i>(index), _mm512_castps256_ps512(table));
 }
 inline Pack low_half(WidePack a) { return _mm512_castps512_ps256(a); }
 inline Pack high_half(WidePack a) { return _mm512_extractf32x8_ps(a, 1); }

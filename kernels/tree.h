@@ -109,6 +109,11 @@ struct NodeBox {
   bool has_rim = false;
 };
 
+/// The sides of a surface on which boxes, one per lane, can have points: masks of lanes.
+struct Sides {
+  std::uint32_t inside, outside;
+};
+
 /// Returns the box of the points on which the values of the node at `at` depend: the node and
 /// `margin` cells around it. It is at least one cell wide, so that a polynomial is defined.
 PM_HD inline NodeBox node_box(const Grid& grid, int cells, int margin, Int3 at) {

@@ -124,8 +124,9 @@ TEST(Packs, splines_have_the_bits_of_each_point_alone) {
       }
       const Grid grid = {{start, start + 0.05f, start - 0.03f}, step, {8, 8, 8}};
       TeamBrickSpline::Scratch scratch;
+      PackBrickSpline::Scratch pack_scratch;
       const CpuTeam<float> team;
-      const PackBrickSpline brick(team, scratch, map, grid, {0, 0, 0});
+      PackBrickSpline brick(pack_scratch, map, brick_box(grid, {0, 0, 0}).axes);
       const TeamBrickSpline shared(team, scratch, map, grid, {0, 0, 0});
       for (const auto& [j, k] : {std::pair(0, 0), std::pair(7, 2), std::pair(4, 7)}) {
         const int line = j + kBrickPoints * k;
@@ -135,8 +136,13 @@ TEST(Packs, splines_have_the_bits_of_each_point_alone) {
         };
         if (brick.has_lines()) {
           ++packs;
-          brick.values(line, values);
-          for (int l = 0; l < 8; ++l) expect_point(position(l), values, l);
+          brick.add_lines(std::uint64_t{1} << line);
+          // The line's points in another order.
+          std::uint32_t points[8];
+          for (int l = 0; l < 8; ++l)
+            points[l] = static_cast<std::uint32_t>(3 * l % 8 + kBrickPoints * line);
+          brick.values(points, values);
+          for (int l = 0; l < 8; ++l) expect_point(position(3 * l % 8), values, l);
         }
         if (shared.has_lines()) {
           ++teams;
@@ -152,8 +158,9 @@ TEST(Packs, splines_have_the_bits_of_each_point_alone) {
   EXPECT_GE(packs, 45);
   EXPECT_GE(teams, 30);
   TeamBrickSpline::Scratch scratch;
+  PackBrickSpline::Scratch pack_scratch;
   const Grid coarse = {{-1, 0, 0}, 0.28f, {8, 8, 8}};
-  EXPECT_FALSE(PackBrickSpline(CpuTeam<float>{}, scratch, map, coarse, {0, 0, 0}).has_lines());
+  EXPECT_FALSE(PackBrickSpline(pack_scratch, map, brick_box(coarse, {0, 0, 0}).axes).has_lines());
   EXPECT_FALSE(TeamBrickSpline(CpuTeam<float>{}, scratch, map, coarse, {0, 0, 0}).has_lines());
 }
 
