@@ -82,12 +82,12 @@ struct Encoder {
     return static_cast<unsigned>(std::min(linear_to_srgb(clamped) * 65535.0f + offset, 65535.0f));
   }
 
-  /// Encodes row `y`, with colours that are not multiplied by alpha. Opaque pixels of 8 bits
-  /// without dither, the common case, have a loop of their own.
+  /// Encodes row `y`, with colours that are not multiplied by alpha. Opaque pixels of 8 bits, the
+  /// common case, have a loop of their own.
   void encode_row(std::int64_t y, std::uint8_t* out) const {
     const std::size_t count = image.channel_count();
     const std::size_t first = static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width);
-    if (settings.bits == 8 && !settings.dither && layout.alpha < 0) {
+    if (settings.bits == 8 && layout.alpha < 0) {
       const auto [red, green, blue] = layout.color;
       std::vector<float> colors(3 * static_cast<std::size_t>(image.width));
       const float* pixel = &image.pixels[first * count];
@@ -96,7 +96,13 @@ struct Encoder {
         colors[i + 1] = pixel[green] * gain;
         colors[i + 2] = pixel[blue] * gain;
       }
-      quantize_srgb(colors, out);
+      if (!settings.dither) {
+        quantize_srgb(colors, out);
+        return;
+      }
+      std::vector<float> offsets(colors.size());
+      random_floats(settings.seed, /*stream=*/0, /*first=*/3 * first, offsets);
+      quantize_srgb(colors, offsets, out);
       return;
     }
     const auto put = [&](unsigned code) {

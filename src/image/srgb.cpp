@@ -15,13 +15,6 @@ double decode(double encoded) {
   return encoded <= 0.04045 ? encoded / 12.92 : exact::pow((encoded + 0.055) / 1.055, 2.4);
 }
 
-// Buckets of SrgbQuantizer::curve_. Within a bucket, which has a relative width of 1/128, the curve
-// is linear to 5e-4 of a code; kCurveError is the tolerance.
-constexpr std::uint32_t kCurveShift = 16;
-constexpr float kCurveFirst = 0x1p-8f, kCurveError = 1e-3f;
-constexpr std::uint32_t kCurveStart = std::bit_cast<std::uint32_t>(kCurveFirst) >> kCurveShift;
-constexpr std::uint32_t kCurveEnd = std::bit_cast<std::uint32_t>(1.0f) >> kCurveShift;
-
 }  // namespace
 
 float srgb_to_linear(float encoded) { return static_cast<float>(decode(encoded)); }
@@ -49,6 +42,7 @@ SrgbQuantizer::SrgbQuantizer() {
     while (value >= lowest_[code + std::size_t{1}]) ++code;
     start_[i] = code;
   }
+  constexpr std::uint32_t kCurveEnd = std::bit_cast<std::uint32_t>(1.0f) >> kCurveShift;
   for (std::uint32_t i = kCurveStart; i <= kCurveEnd; ++i)
     curve_.push_back(255 * linear_to_srgb(std::bit_cast<float>(i << kCurveShift)));
 }

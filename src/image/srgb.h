@@ -39,11 +39,20 @@ class SrgbQuantizer {
   /// Returns the smallest linear value of a code; infinity for 256.
   float lowest(std::size_t code) const { return lowest_[code]; }
 
+  // Buckets of curve(), with a relative width of 1/128. Within one the curve is linear to 5e-4 of a
+  // code; kCurveError is the tolerance.
+  static constexpr std::uint32_t kCurveShift = 16;
+  static constexpr float kCurveFirst = 0x1p-8f, kCurveError = 1e-3f;
+  static constexpr std::uint32_t kCurveStart =
+      std::bit_cast<std::uint32_t>(kCurveFirst) >> kCurveShift;
+  /// Returns 255 linear_to_srgb() at the beginnings of the buckets of [kCurveFirst, 1], and at 1.
+  const std::vector<float>& curve() const { return curve_; }
+
  private:
   SrgbQuantizer();
   std::array<float, 257> lowest_;    ///< the smallest linear value of each code; infinity after 255
   std::vector<std::uint8_t> start_;  ///< code of the smallest value of each bucket
-  std::vector<float> curve_;  ///< 255 linear_to_srgb() at the beginnings of buckets (srgb.cpp)
+  std::vector<float> curve_;
 };
 
 /// Tables of srgb_to_linear(i / 255) and srgb_to_linear(i / 65535).

@@ -2,10 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>
 
+#include "base/random.h"
 #include "image/srgb.h"
 
 namespace polymorph {
@@ -37,6 +39,24 @@ TEST(QuantizeSrgb, CodesChangeAtTheSameFloats) {
       values.push_back(v);
   }
   expect_codes_of_the_quantizer(values);
+}
+
+TEST(QuantizeSrgb, CodesWithOffsetsAreThoseOfOneValue) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  std::vector<float> values = {
+      -1, 0, 1e-30f, -kInfinity, kInfinity, 0.5f, 1, 2, std::numeric_limits<float>::quiet_NaN()};
+  for (int i = 0; i <= 100003; ++i) values.push_back(static_cast<float>(i) / 100000);
+  std::vector<float> offsets(values.size());
+  random_floats(/*seed=*/1, /*stream=*/0, /*first=*/0, offsets);
+  // At some of these offsets the code is next to a whole number.
+  for (std::size_t i = 0; i < offsets.size(); i += 3)
+    offsets[i] = 1 - std::fmod(255 * linear_to_srgb(std::min(values[i], 1.0f)), 1.0f);
+  for (float& offset : offsets)
+    if (!(offset >= 0 && offset < 1)) offset = 0;
+  std::vector<std::uint8_t> codes(values.size());
+  quantize_srgb(values, offsets, codes.data());
+  for (std::size_t i = 0; i < values.size(); ++i)
+    ASSERT_EQ(codes[i], SrgbQuantizer::instance()(values[i], offsets[i])) << values[i];
 }
 
 TEST(QuantizeSrgb, WhatIsNoColourIsClamped) {
