@@ -156,7 +156,10 @@ class Tile {
       for (int k = 0; k * kLanes < width_; ++k) {
         const RayOf<Pack3>& rays = centers_[y].rays[k];
         FirstHit hits[kLanes];
-        find_first_hits(job_.world, rays, centers_[y].intersections[k], values, hits);
+        // The paths of one sample through the pixels' centres are those of the pixels, in order.
+        const bool is_shaded = job_.samples_centers && !job_.device_film;
+        find_first_hits(job_.world, rays, centers_[y].intersections[k], values,
+                        is_shaded ? &wave_.shaded_hits[y * width_ + k * kLanes] : nullptr, hits);
         for (int l = 0; l < kLanes && k * kLanes + l < width_; ++l) {
           FirstHit& hit = hits[l];
           const Vec3 direction = lane(rays.direction, l);

@@ -168,13 +168,21 @@ TEST(ScalarTracer, TexturesOfCodesAndOfFloatsHaveTheSameBits) {
 }
 
 TEST(ScalarTracer, SmoothedCentersHaveTheSameBits) {
-  const BallOnFloor studio;
+  BallOnFloor studio;
   RenderSettings settings = small_settings(/*samples=*/1);
   settings.image.width = 45;  // the last tile is narrower than a tile, and not whole packs
   settings.image.smooth = true;
-  for (const int depth : {1, 4}) {
-    settings.image.max_depth = depth;
-    expect_same_bits(studio.scene, settings);
+  // The lanes take the AOVs from what the paths have looked up, the other tracer looks them up.
+  settings.image.aovs = "all";
+  const TestMesh square = make_checkered_square();
+  studio.scene.meshes.push_back(view_of(square, 3));
+  studio.scene.meshes[1].look = 0.3f;
+  for (const LookKind kind : {LookKind::kMetal, LookKind::kGlass}) {
+    studio.scene.look.kind = kind;
+    for (const int depth : {1, 4}) {
+      settings.image.max_depth = depth;
+      expect_same_bits(studio.scene, settings);
+    }
   }
 }
 

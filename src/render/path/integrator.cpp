@@ -34,7 +34,7 @@ struct PathList {
 /// hit, and those of one kind are processed eight at a time.
 class Tracer {
  public:
-  Tracer(const World& world, const FrameSampler& sampler, const Wavefront& wave, RayStats& stats)
+  Tracer(const World& world, const FrameSampler& sampler, Wavefront& wave, RayStats& stats)
       : world_(world), sampler_(sampler), wave_(wave), stats_(stats) {
     PathRow start;
     start.depth_left = static_cast<float>(world.max_depth);
@@ -213,6 +213,9 @@ class Tracer {
     add_sky(world_, path, /*fraction=*/Pack{}, live);
     const SurfacePointOf<Pack3> point = world_.geometry->surface_point(path.ray, hit);
     const VertexRandom random = make_vertex_random(path);
+    const ShadingOf<Pack3> own = own_shading(world_, hit);
+    if (depth_ == 1 && wave_.is_intersected)
+      keep_hits(rows, live, point, mixed_albedo(world_, hit, own));
     if (world_.has_glass) {
       const Sample4Of<Pack> sample = random.glass();
       const ShadingOf<Pack3> shading = mixed_shading(world_, hit);
@@ -223,9 +226,19 @@ class Tracer {
       if (!any(live)) return PackMask{};
     }
     const BsdfOf<Pack3> bsdf =
-        make_bsdf_at(world_, hit, point.shading, -path.ray.direction, has(path, kScattered));
+        make_bsdf_at(world_, hit, own, point.shading, -path.ray.direction, has(path, kScattered));
     Vertices vertices{path, rows, /*origin=*/{}, live, /*uses_mis=*/{}, shadows_};
     return scatter_on_mesh(world_, vertices, point, bsdf, random);
+  }
+
+  /// Keeps what has been looked up at the first hits of the lanes `live`.
+  void keep_hits(PackBits rows, PackMask live, const SurfacePointOf<Pack3>& point,
+                 const Pack3& albedo) {
+    for (std::uint32_t bits = Lanes<Pack>::bits(live); bits != 0; bits &= bits - 1) {
+      const int l = countr_zero(bits);
+      wave_.shaded_hits[rows[l]] = {lane(point.position, l), lane(point.shading, l),
+                                    lane(albedo, l)};
+    }
   }
 
   /// Refracts or reflects the paths of the lanes `glass` one by one. They must be stored.
@@ -288,7 +301,7 @@ class Tracer {
 
   const World& world_;
   const FrameSampler& sampler_;
-  const Wavefront& wave_;
+  Wavefront& wave_;
   RayStats& stats_;
   std::uint32_t depth_ = 1;
   PackMask handled_{};  ///< lanes of the current pack whose rows are already stored
@@ -305,13 +318,12 @@ class Tracer {
   ShadowRays shadows_{world_, stats_, direct_.data()};
 };
 
-/// Computes hits[l] for each lane l of `on_mesh`. `hit`: intersections of the rays; at least one
-/// ray hits a mesh.
-void set_mesh_values(const World& world, const RayOf<Pack3>& rays, MeshHitOf<Pack> hit,
-                     CostlyValues values, PackMask on_mesh, FirstHit (&hits)[kLanes]) {
+/// Looks up the hits of eight rays, of which those of the lanes `on_mesh` hit a mesh. At least one
+/// does.
+void shade_hits(const World& world, const RayOf<Pack3>& rays, MeshHitOf<Pack> hit,
+                CostlyValues values, PackMask on_mesh, ShadedHit (&shaded)[kLanes]) {
   // The other lanes repeat the first hit, because the lookups need eight hits.
-  std::uint32_t bits = Lanes<Pack>::bits(on_mesh);
-  const int first_hit_lane = countr_zero(bits);
+  const int first_hit_lane = countr_zero(Lanes<Pack>::bits(on_mesh));
   hit.mesh = on_mesh ? hit.mesh : PackBits{} + hit.mesh[first_hit_lane];
   hit.triangle = on_mesh ? hit.triangle : PackBits{} + hit.triangle[first_hit_lane];
   hit.u = select(on_mesh, hit.u, broadcast<Pack>(hit.u[first_hit_lane]));
@@ -320,7 +332,15 @@ void set_mesh_values(const World& world, const RayOf<Pack3>& rays, MeshHitOf<Pac
   const SurfacePointOf<Pack3> points = world.geometry->surface_point(rays, hit);
   Pack3 albedos{};
   if (values.albedo) albedos = mixed_shading(world, hit).color;
-  for (; bits != 0; bits &= bits - 1) {
+  for (int l = 0; l < kLanes; ++l)
+    shaded[l] = {lane(points.position, l), lane(points.shading, l), lane(albedos, l)};
+}
+
+/// Computes hits[l] for each lane l of `on_mesh`. `hit`: intersections of the rays; `shaded`: what
+/// has been looked up at them.
+void set_mesh_values(const World& world, const MeshHitOf<Pack>& hit, CostlyValues values,
+                     PackMask on_mesh, const ShadedHit* shaded, FirstHit (&hits)[kLanes]) {
+  for (std::uint32_t bits = Lanes<Pack>::bits(on_mesh); bits != 0; bits &= bits - 1) {
     const int l = countr_zero(bits);
     const RenderMesh& mesh = world.geometry->mesh(hit.mesh[l]);
     const float u = hit.u[l], v = hit.v[l];
@@ -330,11 +350,11 @@ void set_mesh_values(const World& world, const RayOf<Pack3>& rays, MeshHitOf<Pac
     };
     FirstHit& result = hits[l];
     result.depth = hit.distance[l];
-    result.normal = lane(points.shading, l);
+    result.normal = shaded[l].normal;
     result.id = mesh.id;
-    result.position = result.next = lane(points.position, l);
+    result.position = result.next = shaded[l].position;
     if (!mesh.displacement.empty()) result.next = result.position + interpolate(mesh.displacement);
-    result.albedo = lane(albedos, l);
+    if (values.albedo) result.albedo = shaded[l].albedo;
     if (values.uv) result.uv = texture_point(mesh, hit.triangle[l], u, v).uv;
     result.progress =
         mesh.vertex_progress.empty() ? mesh.progress : interpolate(mesh.vertex_progress);
@@ -357,10 +377,14 @@ void trace(const World& world, const FrameSampler& sampler, Wavefront& wave, Ray
 
 void find_first_hits(const World& world, const RayOf<Pack3>& rays,
                      const IntersectionOf<Pack>& first, CostlyValues values,
-                     FirstHit (&hits)[kLanes]) {
+                     const ShadedHit* shaded, FirstHit (&hits)[kLanes]) {
   const PackMask on_mesh = first.mesh.mesh != kNoMesh;
   const PackMask on_floor = (!on_mesh) & (first.floor < kInfinity);
-  if (any(on_mesh)) set_mesh_values(world, rays, first.mesh, values, on_mesh, hits);
+  if (any(on_mesh)) {
+    ShadedHit looked_up[kLanes];
+    if (!shaded) shade_hits(world, rays, first.mesh, values, on_mesh, looked_up);
+    set_mesh_values(world, first.mesh, values, on_mesh, shaded ? shaded : looked_up, hits);
+  }
   if (!any(on_floor)) return;
   const FloorPointOf<Pack3> point = floor_point(world.floor, rays, first.floor);
   for (std::uint32_t bits = Lanes<Pack>::bits(on_floor); bits != 0; bits &= bits - 1) {

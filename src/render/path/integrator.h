@@ -37,6 +37,11 @@ struct IntersectionRow {
 };
 static_assert(sizeof(IntersectionRow) == 8 * sizeof(float));
 
+/// The values of a FirstHit on a mesh that are looked up to shade the hit, too.
+struct ShadedHit {
+  Vec3 position, normal, albedo;  ///< those of FirstHit
+};
+
 /// Camera rays whose paths are traced together, and their light.
 struct Wavefront {
   static constexpr int kMax = 512;  ///< maximum number of rays
@@ -47,6 +52,8 @@ struct Wavefront {
   bool is_intersected = false;                      ///< whether `intersections` are known
   std::array<IntersectionRow, kMax> intersections;  ///< closest ones of the rays
   std::array<PathLight, kMax> path_lights;          ///< filled by trace()
+  /// The rays' hits on meshes; filled by trace() if `is_intersected`.
+  std::array<ShadedHit, kMax> shaded_hits;
 };
 
 /// Traces the light along the wavefront's rays. Vertex v of a path draws the sampler's set 1 + v.
@@ -63,10 +70,11 @@ struct CostlyValues {
 /// Computes the AOVs of eight camera rays, whose first intersections are `first`. The caller must
 /// complete FirstHit::depth and FirstHit::motion, which depend on the camera: `depth` is the
 /// distance along the ray here, and `motion` is not set. `hits`: default values, which stay where a
-/// ray hits nothing.
+/// ray hits nothing. `shaded`: eight hits that trace() has found, which are not looked up again;
+/// null if there are none.
 void find_first_hits(const World& world, const RayOf<Pack3>& rays,
                      const IntersectionOf<Pack>& first, CostlyValues values,
-                     FirstHit (&hits)[kLanes]);
+                     const ShadedHit* shaded, FirstHit (&hits)[kLanes]);
 #endif
 
 /// Returns the label of the triangle's corner with the largest barycentric weight at a hit (the

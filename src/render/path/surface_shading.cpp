@@ -156,6 +156,13 @@ const RenderMesh* find_only_mesh(const World& world, const MeshHitOf<Pack>& hit)
   return any(hit.mesh != first_mesh) ? nullptr : &world.geometry->mesh(first_mesh);
 }
 
+/// Returns look_weight() of each lane's mesh.
+Pack look_weights(const World& world, const MeshHitOf<Pack>& hit) {
+  Pack weights;
+  for (int l = 0; l < kLanes; ++l) weights[l] = look_weight(world.geometry->mesh(hit.mesh[l]));
+  return weights;
+}
+
 /// Calls compute_shading(hit) for each lane, and returns the eight results.
 template <class F>
 ShadingOf<Pack3> gather_shading(const MeshHitOf<Pack>& hit, const F& compute_shading) {
@@ -186,19 +193,29 @@ ShadingOf<Pack3> mixed_shading(const World& world, const MeshHitOf<Pack>& hit) {
   return weight > 0 ? mix(own, look, broadcast<Pack>(weight)) : own;
 }
 
-BsdfOf<Pack3> make_bsdf_at(const World& world, const MeshHitOf<Pack>& hit, const Pack3& normal,
-                           const Pack3& view, PackMask matte) {
-  Pack weight;
-  for (int l = 0; l < kLanes; ++l) weight[l] = look_weight(world.geometry->mesh(hit.mesh[l]));
+ShadingOf<Pack3> own_shading(const World& world, const MeshHitOf<Pack>& hit) {
+  if (const RenderMesh* mesh = find_only_mesh(world, hit))
+    return look_weight(*mesh) < 1 ? mesh_shading(*mesh, hit) : ShadingOf<Pack3>{};
+  return gather_shading(hit, [&](const MeshHit& lane_hit) {
+    const RenderMesh& mesh = world.geometry->mesh(lane_hit.mesh);
+    return mesh.materials.empty() ? Shading{} : mesh_shading(mesh, lane_hit);
+  });
+}
+
+Pack3 mixed_albedo(const World& world, const MeshHitOf<Pack>& hit, const ShadingOf<Pack3>& own) {
+  const Pack weight = look_weights(world, hit);
+  const Pack3 look = broadcast3<Pack3>(look_shading(world.look).color);
+  const Pack3 mixed = select(weight > 0.0f, lerp(own.color, look, weight), own.color);
+  return select(weight < 1.0f, mixed, look);
+}
+
+BsdfOf<Pack3> make_bsdf_at(const World& world, const MeshHitOf<Pack>& hit,
+                           const ShadingOf<Pack3>& own, const Pack3& normal, const Pack3& view,
+                           PackMask matte) {
+  const Pack weight = look_weights(world, hit);
   const ShadingOf<Pack3> look =
       make_matte_where(matte, broadcast_shading(look_shading(world.look)));
   if (!any(weight < 1.0f)) return make_bsdf(look, look, weight, normal, view);
-  const auto own_at = [&](const MeshHit& lane_hit) {
-    const RenderMesh& mesh = world.geometry->mesh(lane_hit.mesh);
-    return mesh.materials.empty() ? Shading{} : mesh_shading(mesh, lane_hit);
-  };
-  const RenderMesh* mesh = find_only_mesh(world, hit);
-  const ShadingOf<Pack3> own = mesh ? mesh_shading(*mesh, hit) : gather_shading(hit, own_at);
   return make_bsdf(make_matte_where(matte, own), look, weight, normal, view);
 }
 
