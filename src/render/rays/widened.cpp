@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/parallel.h"
+#include "base/result.h"
 #include "kernels/linear.h"
 
 namespace polymorph {
@@ -38,17 +39,18 @@ Circle make_inscribed_circle(const TriangleCorners& c) {
           norm(cross(c[1] - c[0], c[2] - c[0])) / weight_sum};
 }
 
-/// Tests whether widening would move a corner too far.
-bool is_sliver(const TriangleCorners& c) {
-  const Circle circle = make_inscribed_circle(c);
-  double max_distance = 0;
-  for (const Vec3d& corner : c) max_distance = std::max(max_distance, norm(corner - circle.center));
-  return !(max_distance <= kMaxCornerDistance * circle.radius);
+/// Tests whether widening would move a corner too far. `circle`: the inscribed one.
+bool is_sliver(const TriangleCorners& c, const Circle& circle) {
+  double max_distance2 = 0;
+  for (const Vec3d& corner : c) {
+    const Vec3d offset = corner - circle.center;
+    max_distance2 = std::max(max_distance2, dot(offset, offset));
+  }
+  return !(std::sqrt(max_distance2) <= kMaxCornerDistance * circle.radius);
 }
 
 /// Scales a triangle about the centre of its inscribed circle, whose radius grows by `margin`.
-TriangleCorners widen(const TriangleCorners& c, double margin) {
-  const Circle circle = make_inscribed_circle(c);
+TriangleCorners widen(const TriangleCorners& c, const Circle& circle, double margin) {
   TriangleCorners result;
   for (int i = 0; i < 3; ++i)
     result[i] = circle.center + (c[i] - circle.center) * (1 + margin / circle.radius);
@@ -84,29 +86,31 @@ int longest_side(const TriangleCorners& c) {
 
 std::vector<std::vector<Vec3>> widen_triangles(const RenderMesh& mesh, float margin,
                                                const std::vector<float>& fractions) {
+  constexpr std::size_t kMaxSteps = 2;
   const std::size_t steps = std::max<std::size_t>(1, fractions.size());
+  PM_CHECK(steps <= kMaxSteps);
   std::vector<std::vector<Vec3>> result(steps, std::vector<Vec3>(mesh.triangles.size() * 3));
   parallel_for(
       static_cast<std::int64_t>(mesh.triangles.size()),
       [&](std::int64_t i) {
         const Triangle& triangle = mesh.triangles[static_cast<std::size_t>(i)];
-        const auto corners_at = [&](std::size_t step) {
-          TriangleCorners c;
-          for (int k = 0; k < 3; ++k)
-            c[k] = Vec3d(fractions.empty() ? mesh.positions[triangle.v[k]]
-                                           : displace(mesh, triangle.v[k], fractions[step]));
-          return c;
-        };
+        std::array<TriangleCorners, kMaxSteps> corners;
+        std::array<Circle, kMaxSteps> circles;
         // All time steps of a triangle must use the same method.
         bool use_cover = false;
-        for (std::size_t step = 0; step < steps; ++step)
-          use_cover = use_cover || is_sliver(corners_at(step));
-        const int first = longest_side(corners_at(0));
         for (std::size_t step = 0; step < steps; ++step) {
-          const TriangleCorners c = corners_at(step);
-          const TriangleCorners widened = use_cover
-                                              ? make_cover(c, first, static_cast<double>(margin))
-                                              : widen(c, static_cast<double>(margin));
+          for (int k = 0; k < 3; ++k)
+            corners[step][k] =
+                Vec3d(fractions.empty() ? mesh.positions[triangle.v[k]]
+                                        : displace(mesh, triangle.v[k], fractions[step]));
+          circles[step] = make_inscribed_circle(corners[step]);
+          use_cover = use_cover || is_sliver(corners[step], circles[step]);
+        }
+        const int first = use_cover ? longest_side(corners[0]) : 0;
+        for (std::size_t step = 0; step < steps; ++step) {
+          const TriangleCorners widened =
+              use_cover ? make_cover(corners[step], first, static_cast<double>(margin))
+                        : widen(corners[step], circles[step], static_cast<double>(margin));
           for (std::size_t k = 0; k < 3; ++k)
             result[step][static_cast<std::size_t>(i) * 3 + k] = {static_cast<float>(widened[k].x),
                                                                  static_cast<float>(widened[k].y),
