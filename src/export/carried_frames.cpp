@@ -210,7 +210,7 @@ Result<CarriedActor> carry_actor(const ActorFrames& actor_frames, Engine& engine
   PM_TRY(const LegState state, leg_state(leg, times.front(), engine));
   PM_TRY(const PullBack pulled, pull_back(leg, state, carried.mesh.points.front(), engine));
   carried.corner_uvs =
-      object_layer(leg.from, carried.mesh.triangles, {pulled.source}).materials.corner_uvs;
+      object_layer(leg.from, carried.mesh.triangles, {pulled.source}).materials->all().corner_uvs;
   return carried;
 }
 

@@ -1,6 +1,7 @@
 #include "export/surface_frames.h"
 
 #include <algorithm>
+#include <deque>
 #include <numeric>
 
 #include "base/parallel.h"
@@ -188,13 +189,15 @@ SurfaceFrame extracted_frame(const PreparedActor& actor, const ActorGeometry& ge
   frame.velocities = geometry.flow.displacement;
   frame.labels = geometry.surface_labels;
   std::vector<Layer> layers;
+  std::deque<TransferredMaterials> materials;  // of the layers, which borrow them
   // Each layer covers the layers below it with the opacity `share`.
   for (const ObjectLayer& over : geometry.look.layers) {
     const Model& model = over.object->model;
     if (model.materials.empty()) continue;  // an unfinished morph has no materials
     for (Layer& below : layers) below.weight *= 1 - over.opacity;
-    layers.push_back({&model, over.materials.corner_uvs, over.materials.triangle_materials,
-                      layers.empty() ? 1.0f : over.opacity});
+    const TransferredMaterials& shown = materials.emplace_back(over.materials->all());
+    layers.push_back(
+        {&model, shown.corner_uvs, shown.triangle_materials, layers.empty() ? 1.0f : over.opacity});
   }
   add_looks(actor, layers, layers.empty() ? 1.0f : 0.0f, look, frame);
   const SurfaceLook& surface_look = geometry.look;

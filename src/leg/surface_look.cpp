@@ -86,8 +86,8 @@ ColorFade color_fade(float u) {
 ObjectLayer object_layer(std::shared_ptr<const PreparedObject> object,
                          std::span<const Triangle> triangles, const Origins& origins,
                          float opacity) {
-  TransferredMaterials materials =
-      transfer_materials(object->model, *object->outer, object->charts, origins, triangles);
+  auto materials = std::make_shared<const MaterialTransfer>(object->model, *object->outer,
+                                                            object->charts, origins, triangles);
   return {std::move(object), opacity, std::move(materials)};
 }
 

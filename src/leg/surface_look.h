@@ -26,11 +26,11 @@ ColorFade color_fade(float u);
 /// An object's materials, transferred to a surface.
 struct ObjectLayer {
   std::shared_ptr<const PreparedObject> object;
-  float opacity = 1;  ///< [0, 1], over the layers below
-  TransferredMaterials materials;
+  float opacity = 1;                                  ///< [0, 1], over the layers below
+  std::shared_ptr<const MaterialTransfer> materials;  ///< borrows from the object
 };
-/// Transfers an object's materials to a surface whose vertices correspond to the points `origins`
-/// of the object.
+/// Makes the layer of an object's materials on a surface whose vertices correspond to the points
+/// `origins` of the object.
 ObjectLayer object_layer(std::shared_ptr<const PreparedObject> object,
                          std::span<const Triangle> triangles, const Origins& origins,
                          float opacity = 1);

@@ -86,42 +86,6 @@ std::array<Vec2, 3> continue_chart(const Model& model, const ClosestPoint& middl
   return uv;
 }
 
-/// Closest point and texture coordinates of each vertex, looked up once for the about six corners
-/// that share it.
-struct Nearest {
-  std::vector<ClosestPoint> hits;
-  std::vector<Vec2> uvs;  ///< empty if the model has no texture coordinates
-};
-Nearest find_nearest(const Model& model, const ClosestPointQuery& closest, const Origins& origins) {
-  Nearest nearest = {{origins.closest.begin(), origins.closest.end()}, {}};
-  if (nearest.hits.empty()) nearest.hits = closest.closest(origins.places);
-  if (model.corner_uvs.empty()) return nearest;
-  nearest.uvs.resize(nearest.hits.size());
-  parallel_for(
-      static_cast<std::int64_t>(nearest.hits.size()),
-      [&](std::int64_t index) {
-        const auto k = static_cast<std::size_t>(index);
-        if (nearest.hits[k].triangle != ClosestPoint::kNoTriangle)
-          nearest.uvs[k] = uv_at(model, nearest.hits[k]);
-      },
-      /*grain=*/256);
-  return nearest;
-}
-
-/// Tests whether the triangle's corners fall into several areas (charts or materials), or so far
-/// apart in the texture that a small triangle cannot lie in one chart. `areas`: one per model
-/// triangle.
-bool crosses_border(const Nearest& nearest, std::span<const std::uint32_t> areas,
-                    const Triangle& triangle) {
-  constexpr float kFarApart = 0.1f;  // fraction of the texture's size
-  const auto& [a, b, c] = triangle.v;
-  const std::uint32_t area = areas[nearest.hits[a].triangle];
-  if (area != areas[nearest.hits[b].triangle] || area != areas[nearest.hits[c].triangle])
-    return true;
-  const std::vector<Vec2>& uv = nearest.uvs;
-  return !uv.empty() && uv_extent({uv[a], uv[b], uv[c]}) > kFarApart;
-}
-
 }  // namespace
 
 std::vector<std::uint32_t> find_texture_charts(const Model& model) {
@@ -143,79 +107,156 @@ std::vector<std::uint32_t> find_texture_charts(const Model& model) {
   return result;
 }
 
+MaterialTransfer::MaterialTransfer(const Model& model, const ClosestPointQuery& closest,
+                                   std::span<const std::uint32_t> charts, const Origins& origins,
+                                   std::span<const Triangle> triangles)
+    : model_(model), closest_(closest) {
+  PM_CHECK(charts.size() == model.triangles.size());
+  const std::vector<std::uint32_t>& materials = model.triangle_materials;
+  // Without texture coordinates there are no charts, only areas of equal material.
+  areas_ = has_uvs() ? charts : std::span(materials);
+  is_uniform_ = !has_uvs() && std::adjacent_find(materials.begin(), materials.end(),
+                                                 std::not_equal_to<>()) == materials.end();
+  triangles_.assign(triangles.begin(), triangles.end());
+  if (is_uniform_) return;  // positions do not matter
+  places_.assign(origins.places.begin(), origins.places.end());
+  known_closest_.assign(origins.closest.begin(), origins.closest.end());
+  corners_ = std::vector<Lazy<Corner>>(places_.size());
+  parts_ = std::vector<Lazy<Part>>(triangles_.size());
+}
+
+MaterialTransfer::Corner MaterialTransfer::corner(std::uint32_t vertex, const Corner* neighbour,
+                                                  Vec3 neighbour_place) const {
+  return corners_[vertex].get([&] {
+    Corner found;
+    const Vec3 place = places_[vertex];
+    if (!known_closest_.empty())
+      found.hit = known_closest_[vertex];
+    else if (neighbour)
+      found.hit = closest_.closest(place, neighbour_place, neighbour->hit);
+    else
+      found.hit = closest_.closest(place);
+    if (has_uvs() && found.hit.triangle != ClosestPoint::kNoTriangle)
+      found.uv = uv_at(model_, found.hit);
+    return found;
+  });
+}
+
+std::array<MaterialTransfer::Corner, 3> MaterialTransfer::corners(const Triangle& triangle) const {
+  // A corner that is known, because another triangle has it, makes it faster to find its
+  // neighbours.
+  const auto& v = triangle.v;
+  std::array<Corner, 3> found;
+  const std::size_t first = corners_[v[0]].is_known()   ? 0
+                            : corners_[v[1]].is_known() ? 1
+                            : corners_[v[2]].is_known() ? 2
+                                                        : 0;
+  found[first] = corner(v[first], nullptr, {});
+  for (std::size_t k = 1; k < 3; ++k) {
+    const std::size_t c = (first + k) % 3;
+    found[c] = corner(v[c], &found[first], places_[v[first]]);
+  }
+  return found;
+}
+
+MaterialTransfer::Part MaterialTransfer::look_up(const Triangle& triangle,
+                                                 ClosestPoint& center_hit) const {
+  // First, each corner takes the attributes of its closest point.
+  const std::array<Corner, 3> found = corners(triangle);
+  Part part{material_at(model_, found[0].hit.triangle),
+            /*has_border=*/false,
+            {found[0].uv, found[1].uv, found[2].uv}};
+  // The corners may fall into several areas (charts or materials), or so far apart in the texture
+  // that a small triangle cannot lie in one chart.
+  constexpr float kFarApart = 0.1f;  // fraction of the texture's size
+  const std::uint32_t area = areas_[found[0].hit.triangle];
+  const bool is_crossing = area != areas_[found[1].hit.triangle] ||
+                           area != areas_[found[2].hit.triangle] ||
+                           (has_uvs() && uv_extent(part.uvs) > kFarApart);
+  if (!is_crossing) return part;
+  // Then a triangle that crosses a border takes the chart and material at its centroid. The border
+  // is visible if that changes the material or colour of a corner.
+  const auto& v = triangle.v;
+  const std::array<Vec3, 3> places = {places_[v[0]], places_[v[1]], places_[v[2]]};
+  center_hit = closest_.closest(mean(places), places[0], found[0].hit);
+  part.material = material_at(model_, center_hit.triangle);
+  if (has_uvs()) part.uvs = continue_chart(model_, center_hit, places);
+  for (std::size_t c = 0; c < 3 && !part.has_border; ++c) {
+    const std::uint32_t material = material_at(model_, found[c].hit.triangle);
+    part.has_border = material != part.material ||
+                      (has_uvs() && !look_alike(texel(model_, material, part.uvs[c]),
+                                                texel(model_, material, found[c].uv)));
+  }
+  return part;
+}
+
+TexturePoint MaterialTransfer::at(std::uint32_t triangle, float u, float v) const {
+  if (is_uniform_)
+    return {model_.triangle_materials.empty() ? 0 : model_.triangle_materials.front(), {}};
+  const Triangle& t = triangles_[triangle];
+  const Part part = parts_[triangle].get([&] {
+    ClosestPoint center_hit;
+    return look_up(t, center_hit);
+  });
+  if (part.has_border) {
+    // The closest point to one of the corners will do as a neighbour, too.
+    const Vec3 a = places_[t.v[0]], b = places_[t.v[1]], c = places_[t.v[2]];
+    const Vec3 place = a * (1 - u - v) + b * u + c * v;
+    const ClosestPoint hit = closest_.closest(place, a, corner(t.v[0], nullptr, {}).hit);
+    return texture_point(
+        {model_.points, model_.triangles, model_.corner_uvs, model_.triangle_materials}, hit);
+  }
+  TexturePoint point{part.material, {}};
+  if (has_uvs()) point.uv = part.uvs[0] * (1 - u - v) + part.uvs[1] * u + part.uvs[2] * v;
+  return point;
+}
+
+TransferredMaterials MaterialTransfer::all() const {
+  TransferredMaterials result;
+  result.triangle_materials.resize(triangles_.size());
+  if (is_uniform_) {
+    if (!model_.triangle_materials.empty())
+      std::fill(result.triangle_materials.begin(), result.triangle_materials.end(),
+                model_.triangle_materials.front());
+    return result;
+  }
+  if (has_uvs()) result.corner_uvs.resize(triangles_.size() * 3);
+  // In the order of the vertices each is next to the one before.
+  parallel_ranges(static_cast<std::int64_t>(places_.size()), /*grain=*/256,
+                  [&](std::int64_t begin, std::int64_t end) {
+                    Corner last;
+                    for (auto i = begin; i < end; ++i)
+                      last = corner(static_cast<std::uint32_t>(i), i > begin ? &last : nullptr,
+                                    places_[static_cast<std::size_t>(std::max(i - 1, begin))]);
+                  });
+  std::vector<ClosestPoint> center_hits(triangles_.size());
+  std::vector<std::uint8_t> has_border(triangles_.size());
+  parallel_for(
+      static_cast<std::int64_t>(triangles_.size()),
+      [&](std::int64_t index) {
+        const auto t = static_cast<std::size_t>(index);
+        const Part part = look_up(triangles_[t], center_hits[t]);
+        result.triangle_materials[t] = part.material;
+        has_border[t] = part.has_border;
+        if (has_uvs()) std::copy(part.uvs.begin(), part.uvs.end(), &result.corner_uvs[3 * t]);
+      },
+      /*grain=*/64);
+  for (std::size_t t = 0; t < triangles_.size(); ++t) {
+    if (!has_border[t]) continue;
+    // The first visible border allocates the indices.
+    result.border_index.resize(triangles_.size(), TransferredMaterials::kNoBorder);
+    result.border_index[t] = static_cast<std::uint32_t>(result.borders.size());
+    const auto& v = triangles_[t].v;
+    result.borders.push_back({{places_[v[0]], places_[v[1]], places_[v[2]]}, center_hits[t]});
+  }
+  return result;
+}
+
 TransferredMaterials transfer_materials(const Model& model, const ClosestPointQuery& closest,
                                         std::span<const std::uint32_t> charts,
                                         const Origins& origins,
                                         std::span<const Triangle> triangles) {
-  PM_CHECK(charts.size() == model.triangles.size());
-  TransferredMaterials result;
-  result.triangle_materials.resize(triangles.size());
-  const bool textured = !model.corner_uvs.empty();
-  const std::vector<std::uint32_t>& materials = model.triangle_materials;
-  if (!textured && std::adjacent_find(materials.begin(), materials.end(), std::not_equal_to<>()) ==
-                       materials.end()) {
-    // There is one material everywhere, so positions do not matter.
-    if (!materials.empty())
-      std::fill(result.triangle_materials.begin(), result.triangle_materials.end(),
-                materials.front());
-    return result;
-  }
-  const Nearest nearest = find_nearest(model, closest, origins);
-  if (textured) result.corner_uvs.resize(triangles.size() * 3);
-  // Without texture coordinates there are no charts, only areas of equal material.
-  const std::span<const std::uint32_t> areas = textured ? charts : std::span(materials);
-  // First, each corner takes the attributes of its closest point.
-  std::vector<std::uint8_t> is_crossing(triangles.size());
-  parallel_for(
-      static_cast<std::int64_t>(triangles.size()),
-      [&](std::int64_t k) {
-        const auto t = static_cast<std::size_t>(k);
-        const auto& v = triangles[t].v;
-        is_crossing[t] = crosses_border(nearest, areas, triangles[t]);
-        result.triangle_materials[t] = material_at(model, nearest.hits[v[0]].triangle);
-        if (!textured) return;
-        for (std::size_t c = 0; c < 3; ++c) result.corner_uvs[3 * t + c] = nearest.uvs[v[c]];
-      },
-      /*grain=*/256);
-  std::vector<std::uint32_t> crossing_triangles;
-  for (std::uint32_t t = 0; t < triangles.size(); ++t)
-    if (is_crossing[t]) crossing_triangles.push_back(t);
-  // Then each triangle that crosses a border takes the chart and material at its centroid. The
-  // border is visible if that changes the material or colour of a corner.
-  std::vector<BorderTriangle> borders(crossing_triangles.size());
-  std::vector<std::uint8_t> is_visible(crossing_triangles.size());
-  parallel_for(
-      static_cast<std::int64_t>(crossing_triangles.size()),
-      [&](std::int64_t index) {
-        const auto k = static_cast<std::size_t>(index);
-        const std::size_t t = crossing_triangles[k];
-        const auto& v = triangles[t].v;
-        BorderTriangle& border = borders[k];
-        border.corners = {origins.places[v[0]], origins.places[v[1]], origins.places[v[2]]};
-        border.center_hit =
-            closest.closest(mean(border.corners), border.corners[0], nearest.hits[v[0]]);
-        result.triangle_materials[t] = material_at(model, border.center_hit.triangle);
-        std::array<Vec2, 3> uv{};
-        if (textured) {
-          uv = continue_chart(model, border.center_hit, border.corners);
-          std::copy(uv.begin(), uv.end(), &result.corner_uvs[3 * t]);
-        }
-        for (std::size_t c = 0; c < 3 && !is_visible[k]; ++c) {
-          const std::uint32_t material = material_at(model, nearest.hits[v[c]].triangle);
-          is_visible[k] = material != result.triangle_materials[t] ||
-                          (textured && !look_alike(texel(model, material, uv[c]),
-                                                   texel(model, material, nearest.uvs[v[c]])));
-        }
-      },
-      /*grain=*/64);
-  for (std::size_t k = 0; k < crossing_triangles.size(); ++k) {
-    if (!is_visible[k]) continue;
-    // The first visible border allocates the indices.
-    result.border_index.resize(triangles.size(), TransferredMaterials::kNoBorder);
-    result.border_index[crossing_triangles[k]] = static_cast<std::uint32_t>(result.borders.size());
-    result.borders.push_back(borders[k]);
-  }
-  return result;
+  return MaterialTransfer(model, closest, charts, origins, triangles).all();
 }
 
 TexturePoint texture_point(const Model& model, const ClosestPointQuery& closest,

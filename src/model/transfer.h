@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -33,6 +34,12 @@ struct TransferredMaterials {
   std::vector<std::uint32_t> border_index;
 };
 
+/// A material of the model and texture coordinates.
+struct TexturePoint {
+  std::uint32_t material = 0;
+  Vec2 uv;
+};
+
 /// Points, one per vertex of a surface, at which a model's attributes are looked up: the vertices
 /// themselves or, if the surface has moved away from the model, the points to which they are mapped
 /// back.
@@ -48,16 +55,82 @@ struct Origins {
 /// its centroid, and the chart there is extrapolated to its corners, so that no texture is smeared
 /// across a seam. The border between charts then runs along triangle edges; texture_point() finds
 /// its exact course.
+///
+/// What a picture does not show is not looked up: a triangle's part is found when it is first asked
+/// for. Const member functions may be called from many threads at once. The model, its query and
+/// its charts are borrowed.
+class MaterialTransfer {
+ public:
+  /// `charts`: find_texture_charts(). `triangles`: those of the surface.
+  MaterialTransfer(const Model& model, const ClosestPointQuery& closest,
+                   std::span<const std::uint32_t> charts, const Origins& origins,
+                   std::span<const Triangle> triangles);
+
+  bool has_uvs() const { return !model_.corner_uvs.empty(); }
+  /// Tests whether the material is the same everywhere, without texture coordinates.
+  bool is_uniform() const { return is_uniform_; }
+  /// Returns the material and texture coordinates at a point of a triangle. `u` and `v` are the
+  /// barycentric weights of its second and third corner.
+  TexturePoint at(std::uint32_t triangle, float u, float v) const;
+  /// Looks up all triangles.
+  TransferredMaterials all() const;
+
+ private:
+  /// A value that several threads may compute at once, as all find the same; one of them keeps it.
+  template <class T>
+  class Lazy {
+   public:
+    bool is_known() const { return state_.load(std::memory_order_acquire) == kKnown; }
+    template <class Compute>
+    T get(const Compute& compute) {
+      if (is_known()) return value_;
+      const T value = compute();
+      std::uint8_t expected = kUnknown;
+      if (state_.compare_exchange_strong(expected, kBusy)) {
+        value_ = value;
+        state_.store(kKnown, std::memory_order_release);
+      }
+      return value;
+    }
+
+   private:
+    static constexpr std::uint8_t kUnknown = 0, kBusy = 1, kKnown = 2;
+    T value_{};
+    std::atomic<std::uint8_t> state_ = kUnknown;
+  };
+  /// The model's point that is closest to a vertex's origin.
+  struct Corner {
+    ClosestPoint hit;
+    Vec2 uv;
+  };
+  /// The attributes that a triangle takes from the model.
+  struct Part {
+    std::uint32_t material = 0;
+    bool has_border = false;  ///< whether a BorderTriangle is to be asked
+    std::array<Vec2, 3> uvs;  ///< texture coordinates of the corners
+  };
+
+  Corner corner(std::uint32_t vertex, const Corner* neighbour, Vec3 neighbour_place) const;
+  std::array<Corner, 3> corners(const Triangle& triangle) const;
+  /// Looks up a triangle. Sets `center_hit` (BorderTriangle) if it crosses a border.
+  Part look_up(const Triangle& triangle, ClosestPoint& center_hit) const;
+
+  const Model& model_;
+  const ClosestPointQuery& closest_;
+  std::span<const std::uint32_t> areas_;  ///< chart or, without texture, material per triangle
+  bool is_uniform_ = false;               ///< if true, the members below are empty
+  std::vector<Triangle> triangles_;
+  std::vector<Vec3> places_;                   ///< Origins::places
+  std::vector<ClosestPoint> known_closest_;    ///< Origins::closest
+  mutable std::vector<Lazy<Corner>> corners_;  ///< one per vertex
+  mutable std::vector<Lazy<Part>> parts_;      ///< one per triangle
+};
+
+/// Looks up all triangles of a MaterialTransfer.
 TransferredMaterials transfer_materials(const Model& model, const ClosestPointQuery& closest,
                                         std::span<const std::uint32_t> charts,
                                         const Origins& origins,
                                         std::span<const Triangle> triangles);
-
-/// A material of the model and texture coordinates.
-struct TexturePoint {
-  std::uint32_t material = 0;
-  Vec2 uv;
-};
 
 /// Non-owning view of the arrays that a texture lookup at a closest point needs. `corner_uvs` and
 /// `triangle_materials` may be empty.

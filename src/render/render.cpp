@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <limits>
 
 #include "base/log.h"
@@ -105,6 +106,32 @@ std::vector<std::string> list_traced_channels(const FrameJob& job,
   return channels;
 }
 
+/// Meshes of which a GPU gets all that MaterialLayer::transfer would look up at its hits.
+class TransferredMeshes {
+ public:
+  explicit TransferredMeshes(const std::vector<RenderMesh>& meshes) : meshes_(meshes) {
+    for (RenderMesh& mesh : meshes_) {
+      transfer_all(mesh);
+      for (MixedLayer& layer : mesh.upper_layers) transfer_all(layer);
+    }
+  }
+  const std::vector<RenderMesh>& meshes() const { return meshes_; }
+
+ private:
+  void transfer_all(MaterialLayer& layer) {
+    if (!layer.transfer) return;
+    const TransferredMaterials& all = materials_.emplace_back(layer.transfer->all());
+    layer.corner_uvs = all.corner_uvs;
+    layer.triangle_materials = all.triangle_materials;
+    layer.borders.triangles = all.borders;
+    layer.borders.border_index = all.border_index;
+    layer.transfer = nullptr;
+  }
+
+  std::vector<RenderMesh> meshes_;
+  std::deque<TransferredMaterials> materials_;  ///< the layers borrow them
+};
+
 /// Allocates the sums of a part's mattes.
 MatteSums make_matte_sums(const SampleRange& part, const ImageSettings& image,
                           const Mattes& mattes) {
@@ -175,7 +202,10 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
     state.denoiser = std::move(denoiser);
   }
   const Stopwatch build_watch;
-  TracedScene geometry(scene.meshes, scene.camera.shutter, max_start_distance(scene), scene.bounds);
+  std::optional<TransferredMeshes> transferred;
+  if (state.device_tracer) transferred.emplace(scene.meshes);
+  TracedScene geometry(transferred ? transferred->meshes() : scene.meshes, scene.camera.shutter,
+                       max_start_distance(scene), scene.bounds);
 
   // Lights and sky.
   const Camera& rig = scene.rig ? *scene.rig : scene.camera;

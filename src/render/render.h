@@ -43,6 +43,10 @@ struct MaterialLayer {
   std::span<const Material> materials;                ///< empty = RenderScene::look instead
   std::span<const std::shared_ptr<const Texture>> textures;  ///< indexed by Material::texture
   MaterialBorders borders = {};
+  /// If not null, looks up what `corner_uvs`, `triangle_materials` and `borders` would hold.
+  const MaterialTransfer* transfer = nullptr;
+
+  bool has_uvs() const { return transfer ? transfer->has_uvs() : !corner_uvs.empty(); }
 };
 
 /// Material and texture coordinates at a point of one of the mesh's triangles; `u` and `v` are the

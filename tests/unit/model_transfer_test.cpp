@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <thread>
 
 #include "model/shapes.h"
 #include "testing/texture.h"
@@ -45,6 +47,26 @@ Model tube(int around, int rings) {
   return model;
 }
 
+/// A finer tube on tube(), turned so that its triangles cross the seam. One triangle of each quad.
+struct FineTube {
+  std::vector<Vec3> points;
+  std::vector<Triangle> triangles;
+
+  FineTube() {
+    const int n = 100;
+    for (int r = 0; r <= 30; ++r)
+      for (int i = 0; i < n; ++i) {
+        const float a = 6.2831853f * (static_cast<float>(i) + 0.37f) / n;
+        points.push_back({std::cos(a), 8 * static_cast<float>(r) / 30, std::sin(a)});
+      }
+    for (int r = 0; r < 30; ++r)
+      for (int i = 0; i < n; ++i) {
+        const auto p = [&](int x, int y) { return static_cast<std::uint32_t>(y * n + x % n); };
+        triangles.push_back({{p(i, r), p(i, r + 1), p(i + 1, r + 1)}});
+      }
+  }
+};
+
 TEST(Transfer, ChartsEndAtSeamsAndMaterials) {
   const Model model = tube(12, 4);
   const auto charts = find_texture_charts(model);
@@ -56,20 +78,7 @@ TEST(Transfer, ChartsEndAtSeamsAndMaterials) {
 
 TEST(Transfer, ASurfaceOnTheModelGetsTheModelsTexture) {
   const Model model = tube(48, 8);
-  // Another, finer tube on it, turned so that its triangles cross the seam.
-  const int n = 100;
-  std::vector<Vec3> points;
-  std::vector<Triangle> triangles;
-  for (int r = 0; r <= 30; ++r)
-    for (int i = 0; i < n; ++i) {
-      const float a = 6.2831853f * (static_cast<float>(i) + 0.37f) / n;
-      points.push_back({std::cos(a), 8 * static_cast<float>(r) / 30, std::sin(a)});
-    }
-  for (int r = 0; r < 30; ++r)
-    for (int i = 0; i < n; ++i) {
-      const auto p = [&](int x, int y) { return static_cast<std::uint32_t>(y * n + x % n); };
-      triangles.push_back({{p(i, r), p(i, r + 1), p(i + 1, r + 1)}});
-    }
+  const auto [points, triangles] = FineTube();
   const auto out = transfer_materials(model, ClosestPointQuery(model), find_texture_charts(model),
                                       {points}, triangles);
   ASSERT_EQ(out.corner_uvs.size(), 3 * triangles.size());
@@ -96,16 +105,21 @@ TEST(Transfer, ASurfaceOnTheModelGetsTheModelsTexture) {
   }
 }
 
-TEST(Transfer, ATriangleAcrossABorderShowsItWhereTheModelHasIt) {
-  Model model = tube(96, 8);
-  // Dark where it begins, bright where it comes round, and no repetition hides the seam.
-  constexpr float kAround = 0.7f;
-  for (Vec2& uv : model.corner_uvs) uv.x *= kAround;
+/// A gradient around tube(), whose ends differ at the seam.
+void add_gradient(Model& model) {
   Image texture = make_image(64, 1, {"R", "G", "B"});
   for (int x = 0; x < 64; ++x)
     for (int c = 0; c < 3; ++c) texture.at(x, 0, c) = static_cast<float>(x) / 63;
   model.textures = {float_texture(texture)};
   model.materials[0].texture = model.materials[1].texture = 0;
+}
+
+TEST(Transfer, ATriangleAcrossABorderShowsItWhereTheModelHasIt) {
+  Model model = tube(96, 8);
+  // Dark where it begins, bright where it comes round, and no repetition hides the seam.
+  constexpr float kAround = 0.7f;
+  for (Vec2& uv : model.corner_uvs) uv.x *= kAround;
+  add_gradient(model);
   const auto on_tube = [](float turn, float y) {
     return Vec3{std::cos(6.2831853f * turn), y, std::sin(6.2831853f * turn)};
   };
@@ -162,6 +176,48 @@ TEST(Transfer, ASeamThatNobodySeesIsNoBorder) {
   EXPECT_EQ(borders(), 1u);
 }
 
+TEST(Transfer, TrianglesLookedUpOneByOneAreThoseOfAll) {
+  for (const bool textured : {true, false}) {
+    Model model = tube(96, 8);
+    if (textured)
+      add_gradient(model);
+    else
+      model.corner_uvs.clear();
+    const FineTube surface;
+    const ClosestPointQuery closest(model);
+    const std::vector<std::uint32_t> charts = find_texture_charts(model);
+    const TransferredMaterials all =
+        transfer_materials(model, closest, charts, {surface.points}, surface.triangles);
+    ASSERT_GT(all.borders.size(), 50u);
+    const auto expected = [&](std::uint32_t t, float u, float v) -> TexturePoint {
+      if (const std::uint32_t border = all.border_index[t];
+          border != TransferredMaterials::kNoBorder)
+        return texture_point(model, closest, all.borders[border], u, v);
+      TexturePoint point{all.triangle_materials[t], {}};
+      if (!textured) return point;
+      const Vec2* uv = &all.corner_uvs[3 * std::size_t{t}];
+      point.uv = uv[0] * (1 - u - v) + uv[1] * u + uv[2] * v;
+      return point;
+    };
+    const MaterialTransfer transfer(model, closest, charts, {surface.points}, surface.triangles);
+    // Several threads come to the triangles in other orders, and meet.
+    constexpr std::uint32_t kSteps[] = {1, 7, 1009, 1, 2999};  // no divisors of the number
+    std::array<int, std::size(kSteps)> differing{};
+    std::vector<std::thread> threads;
+    for (std::size_t i = 0; i < std::size(kSteps); ++i)
+      threads.emplace_back([&, i] {
+        const auto count = static_cast<std::uint32_t>(surface.triangles.size());
+        for (std::uint32_t k = 0, t = 0; k < count; ++k, t = (t + kSteps[i]) % count)
+          for (const float u : {0.0f, 0.3f, 0.7f}) {
+            const TexturePoint found = transfer.at(t, u, 0.2f), wanted = expected(t, u, 0.2f);
+            differing[i] += found.material != wanted.material || !(found.uv == wanted.uv) ? 1 : 0;
+          }
+      });
+    for (std::thread& thread : threads) thread.join();
+    for (const int count : differing) EXPECT_EQ(count, 0);
+  }
+}
+
 TEST(Transfer, WithoutATextureOnlyMaterialsGoAlong) {
   Model model = tube(12, 4);
   model.corner_uvs.clear();
@@ -172,6 +228,12 @@ TEST(Transfer, WithoutATextureOnlyMaterialsGoAlong) {
   EXPECT_TRUE(out.corner_uvs.empty());
   EXPECT_EQ(out.triangle_materials, std::vector<std::uint32_t>{1});
   EXPECT_TRUE(out.border_index.empty());
+  model.triangle_materials.assign(model.triangles.size(), 1);
+  const ClosestPointQuery closest(model);
+  const MaterialTransfer transfer(model, closest, find_texture_charts(model), {at}, triangles);
+  EXPECT_TRUE(transfer.is_uniform());
+  EXPECT_EQ(transfer.at(0, 0.1f, 0.1f).material, 1u);
+  EXPECT_EQ(transfer.all().triangle_materials, std::vector<std::uint32_t>{1});
 }
 
 }  // namespace

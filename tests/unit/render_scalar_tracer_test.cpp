@@ -380,6 +380,35 @@ TEST(ScalarTracer, BordersOfMaterialsHaveTheSameBits) {
   expect_same_bits(studio.scene, settings);
 }
 
+/// A GPU gets all that the CPU looks up at its hits.
+TEST(ScalarTracer, MaterialsLookedUpAtHitsHaveTheSameBits) {
+  BallOnFloor studio, given;
+  const BorderedSquare square;
+  const std::vector<std::uint32_t> charts = find_texture_charts(square.model);
+  const MaterialTransfer transfer(square.model, *square.closest, charts, {square.fine.positions},
+                                  square.fine.triangles);
+  RenderMesh mesh = square.view();
+  MixedLayer over;
+  static_cast<MaterialLayer&>(over) = mesh;
+  over.opacity = 0.4f;
+  mesh.upper_layers = {over};
+  given.scene.meshes.push_back(mesh);
+  for (MaterialLayer* layer :
+       {static_cast<MaterialLayer*>(&mesh), static_cast<MaterialLayer*>(&mesh.upper_layers[0])}) {
+    layer->corner_uvs = {};
+    layer->triangle_materials = {};
+    layer->borders.triangles = {};
+    layer->borders.border_index = {};
+    layer->transfer = &transfer;
+  }
+  studio.scene.meshes.push_back(mesh);
+  RenderSettings settings = small_settings(4);
+  settings.image.aovs = "all";
+  expect_same_bits(studio.scene, settings);
+  EXPECT_EQ(pixel_digest(render_or_fail(studio.scene, settings)),
+            pixel_digest(render_or_fail(given.scene, settings)));
+}
+
 /// The closest of thousands of long triangles depends on the way to it.
 TEST(ScalarTracer, BordersOfThousandsOfLongTrianglesAreLeftToTheCpu) {
   std::vector<Vec3> points;

@@ -368,7 +368,7 @@ TEST_F(SequenceTest, EveryFieldMorphsFromAClosedSurfaceToAnother) {
         ASSERT_TRUE(geometry.ok()) << geometry.error().message;
         if (geometry->actors[0].surface.triangles.empty()) continue;
         EXPECT_TRUE(check_mesh(geometry->actors[0].surface).is_closed()) << frame;
-        EXPECT_EQ(geometry->actors[0].look.layers.at(0).materials.triangle_materials.size(),
+        EXPECT_EQ(geometry->actors[0].look.layers.at(0).materials->all().triangle_materials.size(),
                   geometry->actors[0].surface.triangles.size());
       }
     }

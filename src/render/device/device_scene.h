@@ -42,6 +42,8 @@ struct DeviceLayer {
   std::span<const TextureView* const> textures;
   DeviceBorders borders;
   float opacity = 0;  ///< MixedLayer::opacity
+
+  PM_HD bool has_uvs() const { return !corner_uvs.empty(); }
 };
 PM_HD inline TexturePoint texture_point(const DeviceLayer& layer, std::uint32_t triangle, float u,
                                         float v) {

@@ -9,8 +9,9 @@ namespace {
 /// Tests whether the mesh has the same material everywhere.
 bool is_uniform(const RenderMesh& mesh) {
   return mesh.vertex_colors.empty() && !any_layer(mesh, [](const MaterialLayer& layer) {
-           return !layer.materials.empty() &&
-                  !(layer.triangle_materials.empty() && layer.materials.front().texture < 0);
+           if (layer.materials.empty()) return false;
+           if (layer.transfer) return !layer.transfer->is_uniform();
+           return !(layer.triangle_materials.empty() && layer.materials.front().texture < 0);
          });
 }
 
@@ -98,8 +99,7 @@ void sample_texture(TextureView texture, Pack2 uv, Vec3 (&texels)[kLanes]) {
 /// Returns the texture of a material, or null if it has none.
 const Texture* find_texture(const MaterialLayer& layer, const Material& material) {
   const auto texture = static_cast<std::size_t>(std::max(material.texture, 0));
-  if (material.texture < 0 || layer.corner_uvs.empty() || texture >= layer.textures.size())
-    return nullptr;
+  if (material.texture < 0 || !layer.has_uvs() || texture >= layer.textures.size()) return nullptr;
   return layer.textures[texture].get();
 }
 
@@ -178,7 +178,8 @@ TexturePoint MaterialBorders::at(std::uint32_t border, float u, float v) const {
 }
 
 TexturePoint texture_point(const MaterialLayer& layer, std::uint32_t triangle, float u, float v) {
-  return find_texture_point(layer, triangle, u, v);
+  return layer.transfer ? layer.transfer->at(triangle, u, v)
+                        : find_texture_point(layer, triangle, u, v);
 }
 
 ShadingOf<Pack3> mixed_shading(const World& world, const MeshHitOf<Pack>& hit) {

@@ -42,7 +42,7 @@ PM_HD_CALL Shading layer_shading(const Layer& layer, const MeshHit& hit) {
   const TexturePoint point = texture_point(layer, hit.triangle, hit.u, hit.v);
   const auto& material = layer.materials[point.material];
   const auto texture = static_cast<std::size_t>(std::max(material.texture, 0));
-  if (material.texture < 0 || layer.corner_uvs.empty() || texture >= layer.textures.size() ||
+  if (material.texture < 0 || !layer.has_uvs() || texture >= layer.textures.size() ||
       !layer.textures[texture])
     return own_shading(material, {1, 1, 1});
   return own_shading(material, sample_texture(*layer.textures[texture], point.uv));

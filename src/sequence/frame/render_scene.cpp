@@ -9,12 +9,12 @@ constexpr float kFirstId = 2;  // 0: no hit; 1: the ground
 
 MaterialLayer material_layer(const ObjectLayer& layer) {
   const PreparedObject& object = *layer.object;
-  const TransferredMaterials& materials = layer.materials;
-  return {materials.corner_uvs,
-          materials.triangle_materials,
+  return {/*corner_uvs=*/{},
+          /*triangle_materials=*/{},
           object.model.materials,
           object.model.textures,
-          {&object.model, object.outer.get(), materials.borders, materials.border_index}};
+          {&object.model, object.outer.get(), /*triangles=*/{}, /*border_index=*/{}},
+          layer.materials.get()};
 }
 
 /// Ids and labels of an actor's meshes in AOVs.
