@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 
 namespace polymorph {
 
@@ -37,11 +36,12 @@ constexpr float random_float(std::uint64_t seed, std::uint64_t stream, std::uint
   return static_cast<float>(random_u64(seed, stream, counter) >> 40) * 0x1p-24f;
 }
 
-/// Writes random_float() at `first` and the counters that follow it, faster than one by one.
+/// Writes random_float() at `first` and the counters that follow it, `count` in all, faster than
+/// one by one.
 inline void random_floats(std::uint64_t seed, std::uint64_t stream, std::uint64_t first,
-                          std::span<float> numbers) {
+                          std::size_t count, float* numbers) {
   const std::uint64_t key = mix64(stream ^ mix64(seed));
-  for (std::size_t i = 0; i < numbers.size(); ++i)
+  for (std::size_t i = 0; i < count; ++i)
     numbers[i] = static_cast<float>(mix64((first + i) ^ key) >> 40) * 0x1p-24f;
 }
 

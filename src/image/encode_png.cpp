@@ -101,7 +101,8 @@ struct Encoder {
         return;
       }
       std::vector<float> offsets(colors.size());
-      random_floats(settings.seed, /*stream=*/0, /*first=*/3 * first, offsets);
+      random_floats(settings.seed, /*stream=*/0, /*first=*/3 * first, offsets.size(),
+                    offsets.data());
       quantize_srgb(colors, offsets, out);
       return;
     }
