@@ -126,8 +126,8 @@ struct DistanceField {
     range(corners.x, origin.x, last.x, x);
     range(corners.y, origin.y, last.y, y);
     range(corners.z, origin.z, last.z, z);
-    // A box with more rows is not prefetched, because the sampled points of a brick read only some
-    // of them.
+    // A box with more rows of cells is not prefetched, because the sampled points of a brick read
+    // only some of them.
     constexpr int kMaxRows = 100;
     if ((y[1] - y[0]) * (z[1] - z[0]) > kMaxRows) return;
     constexpr int kLine = 16;  // floats in a cache line

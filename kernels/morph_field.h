@@ -93,9 +93,7 @@ struct MorphField {
                          object[o].smooth && Lanes<Pack>::bits(detail < 1.0f) != 0);
     }
   }
-#endif
 
-#if defined(PM_PACKS)
   /// The field at points of a box (level_set.h), which share sums of the spline's nodes.
   struct PackBox {
     using Scratch = PackBrickSpline::Scratch;
@@ -341,9 +339,6 @@ struct MorphBounds {
     return {norm(s.maps), norm(s.fourth[0]), norm(s.fourth[1])};
   }
 
-  /// Bounds the field from above and, if that bound is positive, from below. The field grows with
-  /// both distances and is linear in b, so that the ends of their ranges suffice. The factor 1.001
-  /// and the term 1e-5 allow for rounding, the latter in t and w.
   template <class V>
   PM_HD std::uint32_t crossing_boxes(const Points<V>& middle, Vec3 half, const Local& strain_length,
                                      bool has_rim) const {
@@ -352,7 +347,10 @@ struct MorphBounds {
     const Sides can_be = sides(middle, m, half, strain_length);
     return has_rim ? can_be.inside : can_be.inside & can_be.outside;
   }
-  /// Returns the sides on which boxes can have points, given the map's values in their middles.
+  /// Returns the sides on which boxes can have points, given the map's values in their middles:
+  /// bounds the field from above and from below. It grows with both distances and is linear in b,
+  /// so that the ends of their ranges suffice. The factor 1.001 and the term 1e-5 allow for
+  /// rounding, the latter in t and w.
   template <class V>
   PM_HD Sides sides(const Points<V>& middle, const V (&m)[kRegressionValues], Vec3 half,
                     const Local& strain_length) const {

@@ -3,7 +3,7 @@
 // A brick's 8^3 points are 4^3 blocks of 2^3 points. Where the bounds leave one side to a block,
 // its points get a value of that side, and the points of other blocks are sampled. Then those ends
 // of crossed edges that have no value yet are sampled, too. So the mesh has the bits that it has if
-// all points are sampled (SampleLevelSet), as a GPU does, which has a thread for each of them.
+// all points are sampled (SampleLevelSet), as on a GPU.
 #pragma once
 
 #include <algorithm>
@@ -44,7 +44,8 @@ struct SampleBlocks : CountBricks {
     if (begin + item + 1 < bricks.size)
       bounds.field.prefetch(grid, first_point(bricks[begin + item + 1]));
     const BlockSides sides = find_sides(team, scratch, first);
-    if ((sides.inside == 0 || sides.outside == 0) && is_on_grid(first)) {
+    // Points beyond the grid are outside, too.
+    if (sides.inside == 0 || (sides.outside == 0 && is_on_grid(first))) {
       counts[begin + item] = {};
       return;
     }
@@ -52,6 +53,7 @@ struct SampleBlocks : CountBricks {
     fill_blocks(sides.inside, scratch.values);
     sample_blocks<V>(sides.inside & sides.outside, box, scratch);
     fill_beyond_grid(team, first, scratch.values);
+    // This also samples the ends that are beyond the grid; count() sets them to `outside` again.
     sample_crossed_edges<V>(box, scratch);
     count(team, scratch, item, first);
   }

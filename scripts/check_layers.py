@@ -16,7 +16,7 @@ WITHOUT_CIRCLES = ["leg", "assets", "sequence/prepare", "sequence/frame", "film"
 PUBLIC_KERNEL_HEADERS = {"kernels/types.h", "kernels/field_kinds.h", "kernels/host_device.h", "kernels/simd_math.h", "kernels/linear.h", "kernels/ball_paths.h", "kernels/mesh.h",
                 "kernels/ball_set.h", "kernels/devices.h", "kernels/engine.h", "kernels/morph_surface.h", "kernels/fork_join.h", "kernels/interruption.h", "kernels/large_pages.h", "kernels/mc_tables.h",
                 "kernels/floating_point.h", "kernels/morph_field.h", "kernels/distance_field.h"}
-ONLY_IN = {"embree3/": "src/render", "OpenImageIO/": "src/image/oiio", "OpenColorIO/": "src/image/ocio", "CLI/": "src/options", "meshoptimizer.h": "src/interchange", "assimp/": "src/model/assimp",
+ONLY_IN = {"embree3/": "src/render", "openexr.h": "src/image", "libdeflate.h": "src/image", "OpenImageIO/": "src/image/oiio", "OpenColorIO/": "src/image/ocio", "CLI/": "src/options", "meshoptimizer.h": "src/interchange", "assimp/": "src/model/assimp",
            "nlohmann/": "src/base", "nettle/": "src/base"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', re.M)
 

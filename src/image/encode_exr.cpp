@@ -1,7 +1,6 @@
 #include <half.h>
 #include <libdeflate.h>
 #include <openexr.h>
-#include <cstdlib>
 
 #include <algorithm>
 #include <bit>
@@ -13,22 +12,22 @@
 #include <set>
 
 #include "base/parallel.h"
+#include "base/text.h"
 #include "image/image_io.h"
 
 namespace polymorph {
 namespace {
 
-/// The file that OpenEXR writes, and what went wrong.
+/// The file that OpenEXR writes.
 struct Output {
   std::string bytes;
-  std::string error;  ///< OpenEXR's message; empty: no error
   bool has_memory = true;
 };
 
 /// Stores bytes at a position of the Output. OpenEXR fills in the table of chunks at the end.
 std::int64_t store(exr_const_context_t, void* output, const void* data, std::uint64_t size,
                    std::uint64_t position, exr_stream_error_func_ptr_t) {
-  auto& [bytes, error, has_memory] = *static_cast<Output*>(output);
+  auto& [bytes, has_memory] = *static_cast<Output*>(output);
   try {
     if (position + size > bytes.size()) bytes.resize(position + size);
   } catch (const std::bad_alloc&) {  // no exception may pass through OpenEXR, which is C
@@ -39,25 +38,16 @@ std::int64_t store(exr_const_context_t, void* output, const void* data, std::uin
   return static_cast<std::int64_t>(size);
 }
 
-/// Keeps OpenEXR's message, which it would print otherwise.
-void store_error(exr_const_context_t context, exr_result_t code, const char* message) {
-  void* output = nullptr;
-  if (code == EXR_ERR_OUT_OF_MEMORY || exr_get_user_data(context, &output) != EXR_ERR_SUCCESS ||
-      !output)
-    return;
-  try {
-    static_cast<Output*>(output)->error = message;
-  } catch (const std::bad_alloc&) {
-    static_cast<Output*>(output)->has_memory = false;
-  }
-}
+/// Keeps OpenEXR from printing its message. Here nothing of OpenEXR may be called, not even for the
+/// Output: it reports some errors while it holds the lock that this would wait for.
+void ignore_message(exr_const_context_t, exr_result_t, const char*) {}
 
 /// Throws std::bad_alloc if there is no memory. Other failures of OpenEXR are errors (kOutput).
 Status check(exr_result_t result, const Output& output) {
   if (result == EXR_ERR_SUCCESS) return Ok{};
   if (result == EXR_ERR_OUT_OF_MEMORY || !output.has_memory) throw std::bad_alloc();
   return make_error(ErrorCode::kOutput, "cannot encode the EXR: {}",
-                    output.error.empty() ? exr_get_default_error_message(result) : output.error);
+                    exr_get_default_error_message(result));
 }
 
 /// Tests whether a channel is stored as half: colours and alpha. All others are stored as float.
@@ -100,6 +90,11 @@ std::vector<Attribute> list_cryptomatte_entries(const Image& image, const std::s
   return entries;
 }
 
+constexpr std::size_t kMaxName = 255;  ///< bytes of the name of a channel or a header entry
+
+/// Tests whether a text has a byte of zero, where OpenEXR's C library would end it.
+bool has_zero(const std::string& text) { return text.find('\0') != std::string::npos; }
+
 Status check_channels(const Image& image) {
   if (image.width < 1 || image.height < 1 || image.channels.empty())
     return make_error(ErrorCode::kInternal, "cannot encode an image without pixels or channels");
@@ -107,6 +102,12 @@ Status check_channels(const Image& image) {
   if (names.size() != image.channels.size() || names.count(""))
     return make_error(ErrorCode::kInternal,
                       "cannot encode an image with equal or empty channel names");
+  for (const std::string& name : image.channels)
+    if (name.size() > kMaxName || has_zero(name))
+      return make_error(ErrorCode::kInternal,
+                        "cannot encode a channel whose name is longer than {} bytes, or has a byte "
+                        "of zero",
+                        kMaxName);
   return Ok{};
 }
 
@@ -175,16 +176,20 @@ Status add_attributes(const std::vector<Attribute>& attributes, const Output& ou
     if (attribute.name == kPixelAspectAttribute && std::get_if<float>(&attribute.value)) continue;
     if (attribute.name == kColorInteropAttribute) continue;
     const char* name = attribute.name.c_str();
-    // OpenEXR's names have 1 to 255 bytes.
-    if (attribute.name.empty() || attribute.name.size() > 255 ||
+    if (attribute.name.empty() || attribute.name.size() > kMaxName ||
         is_encoders_own(file, part, attribute.name))
       return make_error(
           ErrorCode::kInternal,
           "cannot write the header entry '{}' twice, or in place of the encoder's own",
           attribute.name);
+    const auto* const value = std::get_if<std::string>(&attribute.value);
+    if (has_zero(attribute.name) || (value && has_zero(*value)))
+      return make_error(ErrorCode::kOutput,
+                        "cannot encode the EXR: its header entry '{}' has a byte of zero",
+                        printable(attribute.name));
     exr_result_t result = EXR_ERR_SUCCESS;
-    if (const auto* text = std::get_if<std::string>(&attribute.value))
-      result = exr_attr_set_string(file, part, name, text->c_str());
+    if (value)
+      result = exr_attr_set_string(file, part, name, value->c_str());
     else if (const auto* integer = std::get_if<int>(&attribute.value))
       result = exr_attr_set_int(file, part, name, *integer);
     else
@@ -285,7 +290,9 @@ std::vector<std::uint8_t> compress(std::vector<std::uint8_t> bytes) {
   std::vector<std::uint8_t> packed(bytes.size() - 1);
   packed.resize(libdeflate_zlib_compress(compressor.get(), filtered.data(), filtered.size(),
                                          packed.data(), packed.size()));
-  return packed.empty() ? std::move(bytes) : std::move(packed);
+  if (packed.empty()) return bytes;
+  packed.shrink_to_fit();
+  return packed;
 }
 
 /// Writes all chunks. They are compressed on all threads.
@@ -302,10 +309,12 @@ Status write_chunks(const Image& image, const std::vector<Part>& parts, const Ou
     const int begin = first_row(chunk), end = std::min(begin + kRowsPerChunk, image.height);
     chunks[chunk] = compress(pack_rows(image, parts[chunk / chunks_per_part], begin, end));
   });
-  for (std::size_t i = 0; i < chunks.size(); ++i)
+  for (std::size_t i = 0; i < chunks.size(); ++i) {
+    const std::vector<std::uint8_t> chunk = std::move(chunks[i]);  // frees its memory below
     PM_TRY_STATUS(check(exr_write_scanline_chunk(file, static_cast<int>(i / chunks_per_part),
-                                                 first_row(i), chunks[i].data(), chunks[i].size()),
+                                                 first_row(i), chunk.data(), chunk.size()),
                         output));
+  }
   return Ok{};
 }
 
@@ -331,7 +340,7 @@ Result<std::string> encode_converted(const Image& image, const ExrSettings& sett
   exr_context_initializer_t callbacks = EXR_DEFAULT_CONTEXT_INITIALIZER;
   callbacks.user_data = &output;
   callbacks.write_fn = &store;
-  callbacks.error_handler_fn = &store_error;
+  callbacks.error_handler_fn = &ignore_message;
   exr_context_t file = nullptr;
   PM_TRY_STATUS(
       check(exr_start_write(&file, "the file", EXR_WRITE_FILE_DIRECTLY, &callbacks), output));

@@ -101,9 +101,10 @@ struct ExrSettings {
 
 /// Encodes all channels: R, G, B, A half (finite values are clamped to half's +-65504), everything
 /// else float. Chromaticities and kColorInteropAttribute are those of the settings, not of `image`;
-/// the other attributes are written as given. The display window
-/// equals the data window, and there is no time stamp: the same image gives the same bytes. Errors:
-/// kInternal for an attribute or channel name that occurs twice or is the encoder's own.
+/// the other attributes are written as given. The display window equals the data window, and there
+/// is no time stamp: the same image gives the same bytes. Errors: kInternal for an attribute or
+/// channel name that occurs twice, is too long or is the encoder's own; kOutput for what OpenEXR
+/// cannot store.
 Result<std::string> encode_exr(const Image& image, const ExrSettings& settings = {});
 
 /// Trade-off between time and size. kFast: some milliseconds for a 640x480 frame. kSmall: the

@@ -121,13 +121,13 @@ MaterialTransfer::MaterialTransfer(const Model& model, const ClosestPointQuery& 
   if (is_uniform_) return;  // positions do not matter
   places_.assign(origins.places.begin(), origins.places.end());
   known_closest_.assign(origins.closest.begin(), origins.closest.end());
-  corners_ = std::vector<Lazy<Corner>>(places_.size());
-  parts_ = std::vector<Lazy<Part>>(triangles_.size());
+  corners_ = LazyValues<Corner>(places_.size());
+  parts_ = LazyValues<Part>(triangles_.size());
 }
 
 MaterialTransfer::Corner MaterialTransfer::corner(std::uint32_t vertex, const Corner* neighbour,
                                                   Vec3 neighbour_place) const {
-  return corners_[vertex].get([&] {
+  return corners_.get(vertex, [&] {
     Corner found;
     const Vec3 place = places_[vertex];
     if (!known_closest_.empty())
@@ -147,10 +147,10 @@ std::array<MaterialTransfer::Corner, 3> MaterialTransfer::corners(const Triangle
   // neighbours.
   const auto& v = triangle.v;
   std::array<Corner, 3> found;
-  const std::size_t first = corners_[v[0]].is_known()   ? 0
-                            : corners_[v[1]].is_known() ? 1
-                            : corners_[v[2]].is_known() ? 2
-                                                        : 0;
+  const std::size_t first = corners_.is_known(v[0])   ? 0
+                            : corners_.is_known(v[1]) ? 1
+                            : corners_.is_known(v[2]) ? 2
+                                                      : 0;
   found[first] = corner(v[first], nullptr, {});
   for (std::size_t k = 1; k < 3; ++k) {
     const std::size_t c = (first + k) % 3;
@@ -194,7 +194,7 @@ TexturePoint MaterialTransfer::at(std::uint32_t triangle, float u, float v) cons
   if (is_uniform_)
     return {model_.triangle_materials.empty() ? 0 : model_.triangle_materials.front(), {}};
   const Triangle& t = triangles_[triangle];
-  const Part part = parts_[triangle].get([&] {
+  const Part part = parts_.get(triangle, [&] {
     ClosestPoint center_hit;
     return look_up(t, center_hit);
   });
@@ -250,13 +250,6 @@ TransferredMaterials MaterialTransfer::all() const {
     result.borders.push_back({{places_[v[0]], places_[v[1]], places_[v[2]]}, center_hits[t]});
   }
   return result;
-}
-
-TransferredMaterials transfer_materials(const Model& model, const ClosestPointQuery& closest,
-                                        std::span<const std::uint32_t> charts,
-                                        const Origins& origins,
-                                        std::span<const Triangle> triangles) {
-  return MaterialTransfer(model, closest, charts, origins, triangles).all();
 }
 
 TexturePoint texture_point(const Model& model, const ClosestPointQuery& closest,

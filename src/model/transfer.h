@@ -3,7 +3,11 @@
 
 #include <array>
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
+#include <cstdlib>
+#include <memory>
+#include <new>
 #include <span>
 #include <vector>
 
@@ -76,27 +80,44 @@ class MaterialTransfer {
   TransferredMaterials all() const;
 
  private:
-  /// A value that several threads may compute at once, as all find the same; one of them keeps it.
+  /// Values that are computed when they are first asked for. Threads that ask for a value at the
+  /// same time all compute it, as all find the same, and one of them keeps it. Memory of values
+  /// that nobody asks for is not touched, so that the system need not provide it.
   template <class T>
-  class Lazy {
+  class LazyValues {
    public:
-    bool is_known() const { return state_.load(std::memory_order_acquire) == kKnown; }
+    LazyValues() = default;
+    explicit LazyValues(std::size_t count)
+        : slots_(static_cast<Slot*>(std::calloc(count, sizeof(Slot)))) {
+      if (!slots_ && count > 0) throw std::bad_alloc();
+    }
+    bool is_known(std::size_t i) const {
+      return std::atomic_ref(slots_[i].state).load(std::memory_order_acquire) == kKnown;
+    }
     template <class Compute>
-    T get(const Compute& compute) {
-      if (is_known()) return value_;
+    T get(std::size_t i, const Compute& compute) const {
+      Slot& slot = slots_[i];
+      if (is_known(i)) return slot.value;
       const T value = compute();
+      const std::atomic_ref state(slot.state);
       std::uint8_t expected = kUnknown;
-      if (state_.compare_exchange_strong(expected, kBusy)) {
-        value_ = value;
-        state_.store(kKnown, std::memory_order_release);
+      if (state.compare_exchange_strong(expected, kBusy)) {
+        slot.value = value;
+        state.store(kKnown, std::memory_order_release);
       }
       return value;
     }
 
    private:
     static constexpr std::uint8_t kUnknown = 0, kBusy = 1, kKnown = 2;
-    T value_{};
-    std::atomic<std::uint8_t> state_ = kUnknown;
+    struct Slot {
+      T value;
+      std::uint8_t state;  ///< kUnknown in new memory, whose bytes are 0
+    };
+    struct Free {
+      void operator()(Slot* slots) const { std::free(slots); }
+    };
+    std::unique_ptr<Slot[], Free> slots_;
   };
   /// The model's point that is closest to a vertex's origin.
   struct Corner {
@@ -120,17 +141,11 @@ class MaterialTransfer {
   std::span<const std::uint32_t> areas_;  ///< chart or, without texture, material per triangle
   bool is_uniform_ = false;               ///< if true, the members below are empty
   std::vector<Triangle> triangles_;
-  std::vector<Vec3> places_;                   ///< Origins::places
-  std::vector<ClosestPoint> known_closest_;    ///< Origins::closest
-  mutable std::vector<Lazy<Corner>> corners_;  ///< one per vertex
-  mutable std::vector<Lazy<Part>> parts_;      ///< one per triangle
+  std::vector<Vec3> places_;                 ///< Origins::places
+  std::vector<ClosestPoint> known_closest_;  ///< Origins::closest
+  LazyValues<Corner> corners_;               ///< one per vertex
+  LazyValues<Part> parts_;                   ///< one per triangle
 };
-
-/// Looks up all triangles of a MaterialTransfer.
-TransferredMaterials transfer_materials(const Model& model, const ClosestPointQuery& closest,
-                                        std::span<const std::uint32_t> charts,
-                                        const Origins& origins,
-                                        std::span<const Triangle> triangles);
 
 /// Non-owning view of the arrays that a texture lookup at a closest point needs. `corner_uvs` and
 /// `triangle_materials` may be empty.

@@ -45,7 +45,7 @@ struct AllBricks {
     values.resize(bricks.size() * kBrickValues);
     inside.resize(bricks.size() * kLines);
     rows.resize(bricks.size() * kRows);
-    counts.resize(bricks.size());
+    counts.assign(bricks.size(), Counts{7, 7});  // a brick without a surface must say so
     CountBricks count;
     count.grid = grid;
     count.iso = 0;

@@ -123,6 +123,19 @@ TEST(EncodeExr, RefusesWhatItCannotStore) {
   EXPECT_FALSE(encode_exr(image));
   EXPECT_FALSE(encode_exr(random_image(2, 2, {"R", "R"})));
   EXPECT_FALSE(encode_exr(make_image(0, 4, {"R"})));
+  EXPECT_FALSE(encode_exr(random_image(2, 2, {std::string(300, 'x')})));
+  EXPECT_FALSE(encode_exr(random_image(2, 2, {std::string("a\0b", 3)})));
+  image.attributes = {{"a", std::string("x\0y", 3)}};
+  EXPECT_EQ(encode_exr(image).error().code, ErrorCode::kOutput);
+}
+
+TEST(EncodeExr, ReportsWhatOpenExrRefuses) {
+  Image image = random_image(2, 2, {"R", "G", "B"});
+  image.attributes = {{kPixelAspectAttribute, 0.0f}};
+  const auto bytes = encode_exr(image);
+  ASSERT_FALSE(bytes);
+  EXPECT_EQ(bytes.error().code, ErrorCode::kOutput);
+  EXPECT_NE(bytes.error().message.find("cannot encode the EXR"), std::string::npos);
 }
 
 /// A picture of 2 x 2 with R and "id", which is UINT.

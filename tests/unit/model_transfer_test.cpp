@@ -79,8 +79,9 @@ TEST(Transfer, ChartsEndAtSeamsAndMaterials) {
 TEST(Transfer, ASurfaceOnTheModelGetsTheModelsTexture) {
   const Model model = tube(48, 8);
   const auto [points, triangles] = FineTube();
-  const auto out = transfer_materials(model, ClosestPointQuery(model), find_texture_charts(model),
-                                      {points}, triangles);
+  const auto out = MaterialTransfer(model, ClosestPointQuery(model), find_texture_charts(model),
+                                    {points}, triangles)
+                       .all();
   ASSERT_EQ(out.corner_uvs.size(), 3 * triangles.size());
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     const Vec3 a = points[triangles[t].v[0]], b = points[triangles[t].v[1]],
@@ -129,10 +130,11 @@ TEST(Transfer, ATriangleAcrossABorderShowsItWhereTheModelHasIt) {
                                 on_tube(0.6f, 6.0f),   on_tube(0.6f, 6.1f),   on_tube(0.61f, 6.0f)};
   const std::vector<Triangle> triangles = {{{0, 1, 2}}, {{3, 4, 5}}, {{6, 7, 8}}};
   const ClosestPointQuery closest(model);
-  const auto out = transfer_materials(model, closest, find_texture_charts(model), {at}, triangles);
+  const auto out =
+      MaterialTransfer(model, closest, find_texture_charts(model), {at}, triangles).all();
   const std::vector<ClosestPoint> known = closest.closest(at);
   const auto same =
-      transfer_materials(model, closest, find_texture_charts(model), {at, known}, triangles);
+      MaterialTransfer(model, closest, find_texture_charts(model), {at, known}, triangles).all();
   EXPECT_EQ(same.corner_uvs, out.corner_uvs);
   EXPECT_EQ(same.border_index, out.border_index);
   ASSERT_EQ(out.border_index, (std::vector<std::uint32_t>{0, 1, TransferredMaterials::kNoBorder}));
@@ -162,8 +164,9 @@ TEST(Transfer, ASeamThatNobodySeesIsNoBorder) {
   const std::vector<Vec3> at = {{1, 1, -0.05f}, {1, 1, 0.05f}, {1, 1.1f, 0}};
   const std::vector<Triangle> triangles = {{{0, 1, 2}}};
   const auto borders = [&] {
-    return transfer_materials(model, ClosestPointQuery(model), find_texture_charts(model), {at},
-                              triangles)
+    return MaterialTransfer(model, ClosestPointQuery(model), find_texture_charts(model), {at},
+                            triangles)
+        .all()
         .borders.size();
   };
   Image texture = make_image(2, 1, {"R", "G", "B"});
@@ -187,7 +190,7 @@ TEST(Transfer, TrianglesLookedUpOneByOneAreThoseOfAll) {
     const ClosestPointQuery closest(model);
     const std::vector<std::uint32_t> charts = find_texture_charts(model);
     const TransferredMaterials all =
-        transfer_materials(model, closest, charts, {surface.points}, surface.triangles);
+        MaterialTransfer(model, closest, charts, {surface.points}, surface.triangles).all();
     ASSERT_GT(all.borders.size(), 50u);
     const auto expected = [&](std::uint32_t t, float u, float v) -> TexturePoint {
       if (const std::uint32_t border = all.border_index[t];
@@ -201,7 +204,7 @@ TEST(Transfer, TrianglesLookedUpOneByOneAreThoseOfAll) {
     };
     const MaterialTransfer transfer(model, closest, charts, {surface.points}, surface.triangles);
     // Several threads come to the triangles in other orders, and meet.
-    constexpr std::uint32_t kSteps[] = {1, 7, 1009, 1, 2999};  // no divisors of the number
+    constexpr std::uint32_t kSteps[] = {1, 7, 1009, 1, 2999};  // coprime to the number
     std::array<int, std::size(kSteps)> differing{};
     std::vector<std::thread> threads;
     for (std::size_t i = 0; i < std::size(kSteps); ++i)
@@ -223,8 +226,9 @@ TEST(Transfer, WithoutATextureOnlyMaterialsGoAlong) {
   model.corner_uvs.clear();
   const std::vector<Vec3> at = {{1, 3, 0}, {0.9f, 3.2f, 0.1f}, {1, 3.4f, -0.1f}};
   const std::vector<Triangle> triangles = {{{0, 1, 2}}};
-  const auto out = transfer_materials(model, ClosestPointQuery(model), find_texture_charts(model),
-                                      {at}, triangles);
+  const auto out =
+      MaterialTransfer(model, ClosestPointQuery(model), find_texture_charts(model), {at}, triangles)
+          .all();
   EXPECT_TRUE(out.corner_uvs.empty());
   EXPECT_EQ(out.triangle_materials, std::vector<std::uint32_t>{1});
   EXPECT_TRUE(out.border_index.empty());

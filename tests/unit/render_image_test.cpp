@@ -256,8 +256,9 @@ TEST(Render, BordersOfMaterialsAreTheModelsNotTheTriangles) {
   model.materials = {matte({0.5f, 0, 0}), matte({0, 0.5f, 0})};
   const ClosestPointQuery closest(model);
   TestMesh square = make_square({}, {1, 0, 0}, {0, 1, 0}, 1);
-  const TransferredMaterials taken = transfer_materials(model, closest, find_texture_charts(model),
-                                                        {square.positions}, square.triangles);
+  const TransferredMaterials taken = MaterialTransfer(model, closest, find_texture_charts(model),
+                                                      {square.positions}, square.triangles)
+                                         .all();
   RenderScene scene = furnace();
   scene.meshes = {view_of(square)};
   static_cast<MaterialLayer&>(scene.meshes[0]) = {

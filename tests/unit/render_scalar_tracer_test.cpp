@@ -333,8 +333,9 @@ struct BorderedSquare {
     model.textures = square.textures;
     closest = std::make_unique<ClosestPointQuery>(model);
     make_grid();
-    materials = transfer_materials(model, *closest, find_texture_charts(model), {fine.positions},
-                                   fine.triangles);
+    materials = MaterialTransfer(model, *closest, find_texture_charts(model), {fine.positions},
+                                 fine.triangles)
+                    .all();
   }
   RenderMesh view() const {
     RenderMesh mesh = view_of(fine, 3);
