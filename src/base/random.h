@@ -36,15 +36,6 @@ constexpr float random_float(std::uint64_t seed, std::uint64_t stream, std::uint
   return static_cast<float>(random_u64(seed, stream, counter) >> 40) * 0x1p-24f;
 }
 
-/// Writes random_float() at `first` and the counters that follow it, `count` in all, faster than
-/// one by one.
-inline void random_floats(std::uint64_t seed, std::uint64_t stream, std::uint64_t first,
-                          std::size_t count, float* numbers) {
-  const std::uint64_t key = mix64(stream ^ mix64(seed));
-  for (std::size_t i = 0; i < count; ++i)
-    numbers[i] = static_cast<float>(mix64((first + i) ^ key) >> 40) * 0x1p-24f;
-}
-
 /// Point i of the R3 sequence (Roberts 2018, "The unreasonable effectiveness of quasirandom
 /// sequences"), an evenly spread low-discrepancy sequence in [0, 1)^3.
 inline std::array<double, 3> r3_point(std::size_t i) {

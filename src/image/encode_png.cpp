@@ -101,8 +101,8 @@ struct Encoder {
         return;
       }
       std::vector<float> offsets(colors.size());
-      random_floats(settings.seed, /*stream=*/0, /*first=*/3 * first, offsets.size(),
-                    offsets.data());
+      for (std::size_t i = 0; i < offsets.size(); ++i)
+        offsets[i] = random_float(settings.seed, /*stream=*/0, 3 * first + i);
       quantize_srgb(colors, offsets, out);
       return;
     }

@@ -47,7 +47,8 @@ TEST(QuantizeSrgb, CodesWithOffsetsAreThoseOfOneValue) {
       -1, 0, 1e-30f, -kInfinity, kInfinity, 0.5f, 1, 2, std::numeric_limits<float>::quiet_NaN()};
   for (int i = 0; i <= 100003; ++i) values.push_back(static_cast<float>(i) / 100000);
   std::vector<float> offsets(values.size());
-  random_floats(/*seed=*/1, /*stream=*/0, /*first=*/0, offsets.size(), offsets.data());
+  for (std::size_t i = 0; i < offsets.size(); ++i)
+    offsets[i] = random_float(/*seed=*/1, /*stream=*/0, i);
   // At some of these offsets the code is next to a whole number.
   for (std::size_t i = 0; i < offsets.size(); i += 3)
     offsets[i] = 1 - std::fmod(255 * linear_to_srgb(std::min(values[i], 1.0f)), 1.0f);
