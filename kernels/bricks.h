@@ -177,14 +177,25 @@ struct CountBricks {
   /// Counts vertices and triangles from `scratch.values`, and stores what later passes need.
   template <class Team>
   PM_HD void count(const Team& team, Scratch& scratch, std::int64_t item, Int3 first) const {
-    using V = typename Team::V;
-    const std::int64_t b = begin + item;
+    flag_inside(team, scratch, first);
+    count_flagged(team, scratch, item);
+  }
+  /// Sets all points that are not on the grid to `outside`, and finds the inside flags of all.
+  template <class Team>
+  PM_HD void flag_inside(const Team& team, Scratch& scratch, Int3 first) const {
     fill_beyond_grid(team, first, scratch.values);
     team.each(kLines, [&](int line) {
-      scratch.inside[line] = static_cast<std::uint8_t>(
-          inside_bits<typename Lanes<V>::Half>(scratch.values + kBrickPoints * line));
+      scratch.inside[line] =
+          static_cast<std::uint8_t>(inside_bits<typename Lanes<typename Team::V>::Half>(
+              scratch.values + kBrickPoints * line));
     });
     team.sync();
+  }
+  /// Does what count() does from the flags on.
+  template <class Team>
+  PM_HD void count_flagged(const Team& team, Scratch& scratch, std::int64_t item) const {
+    using V = typename Team::V;
+    const std::int64_t b = begin + item;
     team.each(kRows, [&](int r) {
       const std::uint8_t* line = scratch.inside + line_of_row(r);
       scratch.edges[r] = crossed_edges(line[0], line[1], line[kBrickPoints]);
@@ -216,6 +227,16 @@ struct CountBricks {
     const Int3 n = grid.points;
     return first.x >= 0 && first.y >= 0 && first.z >= 0 && first.x + kBrickCells < n.x &&
            first.y + kBrickCells < n.y && first.z + kBrickCells < n.z;
+  }
+  /// Returns the points of a line that are not on the grid, point x in bit x.
+  PM_HD std::uint32_t beyond_grid(Int3 first, int line) const {
+    const Int3 n = grid.points;
+    const int y = first.y + line % kBrickPoints, z = first.z + line / kBrickPoints;
+    if (y < 0 || z < 0 || y >= n.y || z >= n.z) return 0xffu;
+    std::uint32_t bits = 0;
+    for (int x = 0; x < kBrickPoints; ++x)
+      bits |= (first.x + x < 0 || first.x + x >= n.x ? 1u : 0u) << x;
+    return bits;
   }
   /// Sets all points that are not on the grid to `outside`.
   template <class Team>

@@ -379,25 +379,23 @@ struct DistanceBounds {
   template <class V>
   PM_HD std::uint32_t crossing_boxes(const Points<V>& middle, Vec3 half, Local,
                                      bool has_rim) const {
-    const V distance = field.value(middle);
-    const float change = max_change(half);
-    const std::uint32_t can_be_inside = Lanes<V>::bits(distance > -change);
-    return has_rim ? can_be_inside : can_be_inside & Lanes<V>::bits(distance <= change);
+    const Sides can_be = sides(field.value(middle), half);
+    return has_rim ? can_be.inside : can_be.inside & can_be.outside;
   }
 #if defined(PM_PACKS)
   template <class V>
   Sides sides(const DistanceField::PackBox& box, const std::uint32_t* middles, Vec3 half,
               Local) const {
-    const V distance = box.value<V>(middles);
-    const float change = max_change(half);
-    return {Lanes<V>::bits(distance > -change), Lanes<V>::bits(distance <= change)};
+    return sides(box.value<V>(middles), half);
   }
 #endif
 
  private:
-  /// Bounds the change of the distance from the middle of a box of half sides `half`.
-  PM_HD float max_change(Vec3 half) const {
-    return 1.001f * lipschitz * sqrt(dot(half, half)) + rounding;
+  /// Returns the sides on which boxes can have points that have these distances in their middles.
+  template <class V>
+  PM_HD Sides sides(V distance, Vec3 half) const {
+    const float max_change = 1.001f * lipschitz * sqrt(dot(half, half)) + rounding;
+    return {Lanes<V>::bits(distance > -max_change), Lanes<V>::bits(distance <= max_change)};
   }
 };
 

@@ -32,7 +32,7 @@ struct SampleBlocks : CountBricks {
   struct Scratch : CountBricks::Scratch {
     typename Box::Scratch box;
     alignas(64) std::uint32_t listed[kBrickValues];  ///< indices of points to be sampled
-    /// Per layer of points along z: bit x + 8 y is set if that point is sampled.
+    /// Per layer of points along z: bit x + 8 y is set if that point is sampled or beyond the grid.
     std::uint64_t sampled[kBrickPoints];
   };
   Bounds bounds;
@@ -52,10 +52,15 @@ struct SampleBlocks : CountBricks {
     Box box(scratch.box, bounds.field, brick_box(grid, first));
     fill_blocks(sides.inside, scratch.values);
     sample_blocks<V>(sides.inside & sides.outside, box, scratch);
-    fill_beyond_grid(team, first, scratch.values);
-    // This also samples the ends that are beyond the grid; count() sets them to `outside` again.
+    flag_inside(team, scratch, first);
+    if (!is_on_grid(first)) {
+      for (int line = 0; line < kLines; ++line) {
+        scratch.sampled[line / kBrickPoints] |= std::uint64_t{beyond_grid(first, line)}
+                                                << (kBrickPoints * (line % kBrickPoints));
+      }
+    }
     sample_crossed_edges<V>(box, scratch);
-    count(team, scratch, item, first);
+    count_flagged(team, scratch, item);
   }
 
  private:
@@ -133,10 +138,6 @@ struct SampleBlocks : CountBricks {
   template <class V>
   void sample_crossed_edges(Box& box, Scratch& scratch) const {
     std::uint64_t inside_layers[kBrickPoints];
-    for (int line = 0; line < kLines; ++line) {
-      scratch.inside[line] =
-          static_cast<std::uint8_t>(inside_bits<Pack>(scratch.values + kBrickPoints * line));
-    }
     std::memcpy(inside_layers, scratch.inside, sizeof inside_layers);
     constexpr std::uint64_t kCells = CellFlags</*kPlane=*/true>::kCells;
     int count = 0;
