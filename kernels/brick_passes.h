@@ -191,17 +191,19 @@ class MeshPasses {
                     "number");
       // The host needs the totals early for a download. Else they come last, because a copy keeps
       // the passes around it apart.
-      if (settings_.download) backend_.fetch_totals(work_.totals);
+      if (settings_.download) backend_.fetch_totals(work_.totals, /*beside_passes=*/true);
       // Triangles come first, so that they are downloaded while vertices are placed.
       emit(bricks);
       if (settings_.download) backend_.written(Written::kTriangles);
       if (places_vertices) {
         allocate_vertices();
-        backend_.for_teams(bricks.count, bricks.capacity,
-                           place_vertices(sampled.source, bricks, /*begin=*/0), "vertices");
+        backend_.template for_teams</*beside_last=*/true>(
+
+            bricks.count, bricks.capacity, place_vertices(sampled.source, bricks, /*begin=*/0),
+            "vertices");
         if (settings_.download) backend_.written(Written::kMesh);
       }
-      if (!settings_.download) backend_.fetch_totals(work_.totals);
+      if (!settings_.download) backend_.fetch_totals(work_.totals, /*beside_passes=*/false);
     }
   }
 

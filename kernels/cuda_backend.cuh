@@ -43,12 +43,18 @@ inline void check_cuda(cudaError_t error, const char* doing) {
   if (error != cudaSuccess) throw EngineFailure{cuda_status(error, doing)};
 }
 
-/// Waits until the kernel before this one has ended, and then lets the next one start its blocks
-/// where there is room. Every kernel calls this first, so that one that has passed it may read what
-/// all earlier ones wrote.
+/// Waits until the kernel before this one has ended. Every kernel calls this before it ends, so
+/// that all earlier kernels have ended when it has. All but those beside the last pass call it
+/// first, and may then read what all earlier ones wrote.
 __device__ inline void wait_for_previous_kernel() {
 #if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
   cudaGridDependencySynchronize();
+#endif
+}
+/// Lets the next kernel start its blocks where there is room, once all blocks of this one have
+/// called this or have ended.
+__device__ inline void admit_next_kernel() {
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
   cudaTriggerProgrammaticLaunchCompletion();
 #endif
 }
@@ -57,6 +63,7 @@ __device__ inline void wait_for_previous_kernel() {
 template <class F>
 __global__ void run_items(std::int64_t n, const __grid_constant__ F f) {
   wait_for_previous_kernel();
+  admit_next_kernel();
   const std::int64_t stride = static_cast<std::int64_t>(gridDim.x) * blockDim.x;
   for (std::int64_t i = static_cast<std::int64_t>(blockIdx.x) * blockDim.x + threadIdx.x; i < n;
        i += stride) {
@@ -149,18 +156,22 @@ constexpr int kMinTeams<F, std::void_t<decltype(F::kMinTeams)>> = F::kMinTeams;
 
 /// Calls f with one team (block) per item and part. There are *count items (null: `limit` items);
 /// those from `limit` on do not fit into memory and are left out. f stays in constant memory, also
-/// where it is indexed.
-template <class F>
+/// where it is indexed. `beside_last`: whether f reads nothing that the kernel before writes. As
+/// that one admits this only after it has waited itself, this may read what all kernels before it
+/// wrote.
+template <class F, bool beside_last>
 __global__ void __launch_bounds__(F::kThreads, kMinTeams<F>)
     run_teams(const std::int64_t* count, std::int64_t limit, int parts,
               const __grid_constant__ F f) {
   __shared__ typename F::Scratch scratch;
-  wait_for_previous_kernel();
+  if constexpr (!beside_last) wait_for_previous_kernel();
+  admit_next_kernel();
   const std::int64_t n = (count != nullptr && *count < limit ? *count : limit) * parts;
   for (std::int64_t i = blockIdx.x; i < n; i += gridDim.x) {
     f(CudaTeam{}, scratch, i);
     __syncthreads();
   }
+  if constexpr (beside_last) wait_for_previous_kernel();
 }
 
 constexpr int kScanThreads = 1024, kScanEach = 4;  ///< kScanEach: items per thread and step
@@ -183,6 +194,7 @@ __global__ void __launch_bounds__(kThreads)
     typename Exchange::TempStorage exchange;
   } storage;
   wait_for_previous_kernel();
+  admit_next_kernel();
   const std::int64_t n = *count < limit ? *count : limit;
   const auto unpacked = [](Word w) {
     return Offsets{static_cast<std::int64_t>(w >> kShift),
@@ -325,8 +337,9 @@ class CudaBackend {
   static constexpr bool kManyRoots = true;    ///< whether a tree has many roots, not one
 
   /// Calls f(team, scratch, i) for i in [0, n * parts), n = *count but at most `limit`; *count is
-  /// read on the device. Null stands for `limit`.
-  template <class F>
+  /// read on the device. Null stands for `limit`. `beside_last`: whether f reads nothing that the
+  /// last pass writes, and may run beside it.
+  template <bool beside_last = false, class F>
   void for_teams(const std::int64_t* count, std::int64_t limit, const F& f, const char* name,
                  int parts = 1) {
     static_assert(std::is_trivially_copyable<F>::value,
@@ -338,7 +351,8 @@ class CudaBackend {
     const std::int64_t max_blocks = std::int64_t{4096} / F::kThreads * processors_;
     const auto blocks =
         static_cast<unsigned>(limit * parts < max_blocks ? limit * parts : max_blocks);
-    launch(run_teams<F>, blocks, static_cast<unsigned>(F::kThreads), name, count, limit, parts, f);
+    launch(run_teams<F, beside_last>, blocks, static_cast<unsigned>(F::kThreads), name, count,
+           limit, parts, f);
   }
   /// Calls f(team, scratch, i) for i in [0, n).
   template <class F>
@@ -423,19 +437,24 @@ class CudaBackend {
   }
 
   /// Begins to copy the totals to the host, when the passes that count have been launched.
-  void fetch_totals(View<Offsets> totals) {
+  /// `beside_passes`: whether other passes follow, which the copy must not wait for.
+  void fetch_totals(View<Offsets> totals, bool beside_passes) {
     const auto bytes = static_cast<std::size_t>(totals.size) * sizeof(Offsets);
-    check_cuda(cudaEventRecord(arrived_[0], stream_), "fetch the counts");
-    check_cuda(cudaStreamWaitEvent(copy_stream_, arrived_[0]), "fetch the counts");
-    check_cuda(cudaMemcpyAsync(staging_, totals.data, bytes, cudaMemcpyDeviceToHost, copy_stream_),
-               "fetch the counts");
+    totals_stream_ = beside_passes ? copy_stream_ : stream_;
+    if (beside_passes) {
+      check_cuda(cudaEventRecord(arrived_[0], stream_), "fetch the counts");
+      check_cuda(cudaStreamWaitEvent(copy_stream_, arrived_[0]), "fetch the counts");
+    }
+    check_cuda(
+        cudaMemcpyAsync(staging_, totals.data, bytes, cudaMemcpyDeviceToHost, totals_stream_),
+        "fetch the counts");
   }
-  /// Waits for the totals, but not for the passes that write the mesh, and enlarges every buffer
-  /// whose count exceeds its capacity. Returns true if there was none. `totals` holds all counts
-  /// that were given to fit(); it is copied to `known`.
+  /// Waits for the totals, but not for passes launched after fetch_totals(), and enlarges every
+  /// buffer whose count exceeds its capacity. Returns true if there was none. `totals` holds all
+  /// counts that were given to fit(); it is copied to `known`.
   bool everything_fitted(View<Offsets> totals, Offsets* known) {
     mark(kNoPass);
-    check_cuda(cudaStreamSynchronize(copy_stream_), "fetch the counts");
+    check_cuda(cudaStreamSynchronize(totals_stream_), "fetch the counts");
     std::memcpy(known, staging_, static_cast<std::size_t>(totals.size) * sizeof(Offsets));
     bool fitted = true;
     for (const Fit& fit : fits_) {
@@ -677,8 +696,9 @@ class CudaBackend {
 
   int device_ = 0, processors_ = 1;
   bool overlaps_kernels_ = false, times_passes_ = false, is_in_frame_ = false;
-  cudaStream_t stream_ = nullptr;       ///< stream of the passes
-  cudaStream_t copy_stream_ = nullptr;  ///< stream of downloads
+  cudaStream_t stream_ = nullptr;         ///< stream of the passes
+  cudaStream_t copy_stream_ = nullptr;    ///< stream of downloads
+  cudaStream_t totals_stream_ = nullptr;  ///< the one of both that copies the totals
   char* staging_ = nullptr;  ///< pinned memory: kStagingBytes for downloads, then for uploads
   std::array<cudaEvent_t, kChunks> arrived_ = {};  ///< per chunk of the memory for downloads
   std::array<cudaEvent_t, 2> written_ = {};        ///< per value of Written

@@ -234,6 +234,70 @@ struct FillNodes {
   }
 };
 
+/// Does at once what a scan and FillNodes do, as a GPU starts one pass sooner than two. Each team
+/// sums the counts of all parents before its own. One team per kParents parents.
+struct NumberNodes {
+  static constexpr int kThreads = 512;
+  static constexpr int kParents = 32;
+  struct Scratch {
+    std::uint32_t sums[kThreads];         ///< counts of the parents before, one sum per thread
+    std::uint32_t before[kChildren + 1];  ///< sums of `sums`, then their prefix sums
+    /// Per parent of the team.
+    std::uint32_t first[kParents + 1];
+    std::uint64_t children[kParents];
+    Int3 at[kParents];
+  };
+  const std::int64_t* parent_count = nullptr;
+  View<Node> parents;
+  View<const Counts> parent_counts;  ///< per parent: the number of its kept children
+  View<Node> nodes;
+  View<Counts> counts;  ///< per node: set to 0 for ClassifyNodes; empty for bricks
+  Offsets* total = nullptr;
+
+  template <class Team>
+  PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t item) const {
+    const std::int64_t count =
+        *parent_count < parent_counts.size ? *parent_count : parent_counts.size;
+    const std::int64_t begin = kParents * item;
+    if (begin >= count && item > 0) return;
+    team.each(kThreads, [&](int thread) {
+      std::uint32_t sum = 0;
+      for (std::int64_t p = thread; p < begin; p += kThreads) sum += parent_counts[p].nodes();
+      scratch.sums[thread] = sum;
+    });
+    team.each(kParents, [&](int i) {
+      const bool exists = begin + i < count;
+      scratch.first[i] = exists ? parent_counts[begin + i].nodes() : 0;
+      scratch.children[i] = exists ? parents[begin + i].children : 0;
+      scratch.at[i] = exists ? parents[begin + i].at : Int3{};
+    });
+    team.sync();
+    team.each(kChildren, [&](int i) {
+      scratch.before[i] = 0;
+      for (int k = i; k < kThreads; k += kChildren) scratch.before[i] += scratch.sums[k];
+    });
+    team.sync();
+    const std::int64_t start = team.scan(scratch.before, kChildren);
+    const std::int64_t own = team.scan(scratch.first, kParents);
+    team.each(kParents * kChildren, [&](int i) {
+      const int p = i / kChildren, c = i % kChildren;
+      const std::uint64_t children = scratch.children[p];
+      const std::int64_t first = start + scratch.first[p];
+      if (c == 0 && begin + p < count)
+        parents[begin + p].first_child = static_cast<std::uint32_t>(first);
+      if (!(children >> c & 1u)) return;
+      const std::int64_t slot = first + popcount(children & bits_below(c));
+      if (slot >= nodes.size) return;  // the passes run again with more memory
+      Node node;
+      node.at = child_position(scratch.at[p], c);
+      node.parent = static_cast<std::uint32_t>(begin + p);
+      nodes[slot] = node;
+      if (slot < counts.size) counts[slot] = {};
+    });
+    if (begin + kParents >= count) team.each(1, [&](int) { *total = {start + own, 0}; });
+  }
+};
+
 /// Writes the roots of the tree; one item per root.
 struct PrepareNodes {
   Int3 roots;

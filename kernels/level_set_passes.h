@@ -42,24 +42,35 @@ BrickViews find_level_set_bricks(Workspace<B>& work, const TreeShape& shape, con
   View<Counts> counts = work.node_counts[levels.size() % 2].resize(work.backend, roots);
   const View<Offsets> root_count = {&work.totals[static_cast<std::int64_t>(levels.size())], 1};
   work.backend.for_each(roots, PrepareNodes{shape.roots, parents, counts, root_count}, "bricks");
-  // The guessed number of nodes of level l. They have guess / 8 parents, whose buffer `first` is
-  // allocated for twice as many.
+  // The guessed number of nodes of level l.
   std::int64_t guess = guess_top_nodes(grid, shape);
   for (std::size_t l = levels.size(); l-- > 0; guess *= 8) {
     const auto level = static_cast<std::int64_t>(l);
     const std::int64_t* parent_count = &work.totals[level + 1].nodes();
     Offsets* total = &work.totals[level];
-    const View<Offsets> first = work.first.fit(work.backend, parent_count, 1, guess / 4 + 1);
-    const std::int64_t capacity = std::min({parents.size, counts.size, first.size});
+    const std::int64_t capacity = std::min(parents.size, counts.size);
     work.backend.for_teams(parent_count, capacity,
                            ClassifyNodes<Bounds>{grid, bounds, levels[l], parents, counts},
                            "bricks", B::Team::kParts);
-    work.backend.scan({counts.data, capacity}, parent_count, first, total, "bricks");
-    const View<Node> nodes = work.nodes[l].fit(work.backend, &total->nodes(), 1, guess);
+    View<Node> nodes;
     View<Counts> node_counts;
-    if (l > 0) node_counts = work.node_counts[l % 2].fit(work.backend, &total->nodes(), 1, guess);
-    work.backend.for_teams(parent_count, capacity, FillNodes{parents, first, nodes, node_counts},
-                           "bricks");
+    const auto fit_nodes = [&] {
+      nodes = work.nodes[l].fit(work.backend, &total->nodes(), 1, guess);
+      if (l > 0) node_counts = work.node_counts[l % 2].fit(work.backend, &total->nodes(), 1, guess);
+    };
+    if constexpr (B::kHostMemory) {
+      const View<Offsets> first = work.first.fit(work.backend, parent_count, 1, 0);
+      work.backend.scan({counts.data, capacity}, parent_count, first, total, "bricks");
+      fit_nodes();
+      work.backend.for_teams(parent_count, capacity, FillNodes{parents, first, nodes, node_counts},
+                             "bricks");
+    } else {
+      fit_nodes();
+      work.backend.for_teams(
+          (capacity + NumberNodes::kParents - 1) / NumberNodes::kParents,
+          NumberNodes{parent_count, parents, {counts.data, capacity}, nodes, node_counts, total},
+          "bricks");
+    }
     out.tree.nodes[l + 1] = parents;
     parents = nodes;
     counts = node_counts;
@@ -248,8 +259,9 @@ SmoothMap compute_map(Workspace<B>& work, const std::shared_ptr<const Regression
   if (regression == work.uploaded_regression) return map;
   work.uploaded_regression.reset();
   const UploadedSamples uploaded = upload_samples(work, *regression);
-  RegressNodes regress{regression->lattice, uploaded.samples, uploaded.values,
-                       regression->sloped,  coefficients,     /*listed=*/{}};
+  using Regress = RegressNodes<typename B::Team>;
+  Regress regress{regression->lattice, uploaded.samples, uploaded.values,
+                  regression->sloped,  coefficients,     /*listed=*/{}};
   const auto listed_count = static_cast<std::int64_t>(listed.size());
   if (listed_count > 0) {
     const View<std::uint32_t> indices = work.regressed_nodes.resize(work.backend, listed_count);
@@ -257,8 +269,7 @@ SmoothMap compute_map(Workspace<B>& work, const std::shared_ptr<const Regression
     regress.listed = indices;
   }
   const std::int64_t computed = listed_count > 0 ? listed_count : nodes;
-  work.backend.for_teams((computed + RegressNodes::kNodes - 1) / RegressNodes::kNodes, regress,
-                         "regress");
+  work.backend.for_teams((computed + Regress::kNodes - 1) / Regress::kNodes, regress, "regress");
   if (listed_count > 0) return map;
   if (!regression->landmarks.empty()) meet_landmarks(work, *regression, map, coefficients);
   if (regression
@@ -305,18 +316,17 @@ View<const Strain> bound_strain(Workspace<B>& work, const MorphSurface& surface,
   using Maximize = MaximizeStrain<V>;
   const Int3 n = map.lattice.points;
   const std::int64_t row = n.x, layer = row * n.y, nodes = layer * n.z;
-  const std::int64_t padded = nodes + (B::kHostMemory ? Maximize::kPadding / Maximize::kFloats + 1
-                                                      : MaximizeStrainWindows::padding(row, layer));
-  View<Strain> strain = work.strain[0].resize(work.backend, padded),
-               windows = work.strain[1].resize(work.backend, padded);
+  const std::int64_t padded = nodes + Maximize::kPadding / Maximize::kFloats + 1;
+  View<Strain> strain = work.strain[0].resize(work.backend, padded);
   BoundStrain bound;
   bound.lattice = map.lattice;
   bound.nodes = {map.nodes, kRegressionValues * nodes};
   bound.scale[0] = surface.from_scale, bound.scale[1] = surface.to_scale;
   bound.strain = {strain.data, nodes};
-  work.backend.for_each(nodes, bound, "regress");
-  const std::int64_t floats = Maximize::kFloats * nodes;
   if constexpr (B::kHostMemory) {
+    View<Strain> windows = work.strain[1].resize(work.backend, padded);
+    work.backend.for_each(nodes, bound, "regress");
+    const std::int64_t floats = Maximize::kFloats * nodes;
     for (const std::int64_t step : {std::int64_t{1}, row, layer}) {
       work.backend.for_each(
           (floats + Lanes<V>::kCount - 1) / Lanes<V>::kCount,
@@ -324,16 +334,12 @@ View<const Strain> bound_strain(Workspace<B>& work, const MorphSurface& surface,
           "regress");
       std::swap(strain, windows);
     }
-    return strain;
   } else {
-    work.backend.for_each(
-        floats,
-        MaximizeStrainWindows{&strain.data->maps.x, &windows.data->maps.x,
-                              static_cast<std::int32_t>(Maximize::kFloats * row),
-                              static_cast<std::int32_t>(Maximize::kFloats * layer)},
-        "regress");
-    return windows;
+    const Int3 tiles = ceil_divide(n, BoundStrainWindows::kTile);
+    work.backend.for_teams(std::int64_t{tiles.x} * tiles.y * tiles.z,
+                           BoundStrainWindows{bound, tiles}, "regress");
   }
+  return strain;
 }
 
 /// Returns the largest factor by which an affine map stretches. The linear part is a rotation times

@@ -50,9 +50,16 @@ using LoadedOnce = const T&;
 /// Computes the coefficients at nodes of the lattice, kNodes per team. A team's threads share the
 /// samples: these are split into kChunks chunks, each of which has its own sums. The chunks' sums
 /// are added in a fixed order.
+template <class Team>
 struct RegressNodes {
-  static constexpr int kThreads = 128;
-  static constexpr int kNodes = 16, kChunks = 16, kSums = kRegressionValues + 1;
+  /// Seven teams on a multiprocessor leave 72 registers to each thread.
+  static constexpr int kThreads = 128, kMinTeams = 7;
+  static constexpr int kLanes = Lanes<typename Team::V>::kCount;
+  /// Packs of nodes that a thread sums at once. A GPU's thread loads a sample for three nodes: the
+  /// teams of a lattice of 28^3 nodes are then as many as the 132 multiprocessors of an H200 hold
+  /// at once, and none runs when most others have ended.
+  static constexpr int kAtOnce = kLanes == 1 ? 3 : 1;
+  static constexpr int kNodes = kLanes == 1 ? 24 : 16, kChunks = 16, kSums = kRegressionValues + 1;
   struct Scratch {
     alignas(64) float sums[kChunks][kSums][kNodes];
     alignas(64) float x[kNodes], y[kNodes], z[kNodes];  ///< positions of the nodes
@@ -64,12 +71,9 @@ struct RegressNodes {
   View<float> nodes;                 ///< kRegressionValues each
   View<const std::uint32_t> listed;  ///< indices of the nodes to be computed; empty: all
 
-  template <class Team>
   PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t team_index) const {
     using V = typename Team::V;
-    // A GPU's thread sums two nodes at once, so that it loads half as many samples.
-    constexpr int kLanes = Lanes<V>::kCount, kAtOnce = kLanes == 1 ? 2 : 1,
-                  kPacks = kNodes / kLanes / kAtOnce;
+    constexpr int kPacks = kNodes / kLanes / kAtOnce;
     const std::int64_t count = listed.size > 0 ? listed.size : nodes.size / kRegressionValues;
     const auto node_at = [&](std::int64_t i) {
       return listed.size > 0 ? listed[i] : static_cast<std::uint32_t>(i);
@@ -128,7 +132,7 @@ struct RegressNodes {
 
   /// Sums over the samples of a chunk at kAtOnce packs of nodes: sums[n][i] is the sum of kernel
   /// times value i at pack n, and the last element that of the kernels.
-  template <bool kSloped, class V, int kAtOnce>
+  template <bool kSloped, class V>
   PM_HD void add_chunk(const Points<V> (&at)[kAtOnce], int chunk, V (&sums)[kAtOnce][kSums]) const {
     for (int n = 0; n < kAtOnce; ++n) {
       for (int k = 0; k < kSums; ++k) sums[n][k] = broadcast<V>(0.0f);
@@ -672,27 +676,33 @@ struct BoundStrain {
     // Divisions of 32 bits are several times as fast on a GPU.
     const auto node = static_cast<std::uint32_t>(n),
                row = static_cast<std::uint32_t>(lattice.points.x),
-               rows = static_cast<std::uint32_t>(lattice.points.y), layer = row * rows,
-               layers = static_cast<std::uint32_t>(lattice.points.z);
-    const float* at = nodes.data + n * kRegressionValues;
+               rows = static_cast<std::uint32_t>(lattice.points.y);
+    strain[n] = at_node({static_cast<int>(node % row), static_cast<int>(node / row % rows),
+                         static_cast<int>(node / (row * rows))});
+  }
+  PM_HD Strain at_node(Int3 node) const {
+    const Int3 n = lattice.points;
+    const std::int64_t row = n.x, layer = row * n.y;
+    const auto* at = reinterpret_cast<const Quadruple*>(nodes.data) +
+                     kQuadruples * (node.x + row * node.y + layer * node.z);
     // The last node along an axis has no next node. It takes itself, so that the difference is 0.
-    const float* next[3] = {at + kRegressionValues * (node % row + 1 < row ? 1u : 0u),
-                            at + kRegressionValues * (node / row % rows + 1 < rows ? row : 0u),
-                            at + kRegressionValues * (node / layer + 1 < layers ? layer : 0u)};
-    const auto along_axes = [&](const auto& change) {
-      return Vec3{change(next[0]), change(next[1]), change(next[2])} / lattice.cell;
-    };
-    const auto distance = [&](const float* b, int i) {
-      const Vec3 d = {b[i] - at[i], b[i + 1] - at[i + 1], b[i + 2] - at[i + 2]};
-      return sqrt(dot(d, d));
-    };
-    const auto fourth = [&](int i) {
-      return along_axes([&](const float* b) { return max(b[i] - at[i], at[i] - b[i]); });
-    };
-    strain[n] = {along_axes([&](const float* b) {
-                   return max(scale[0] * distance(b, 0), scale[1] * distance(b, 4));
-                 }),
-                 {fourth(3), fourth(7)}};
+    const Quadruple* next[3] = {at + kQuadruples * (node.x + 1 < n.x ? 1 : 0),
+                                at + kQuadruples * (node.y + 1 < n.y ? row : 0),
+                                at + kQuadruples * (node.z + 1 < n.z ? layer : 0)};
+    float maps[3], fourth[2][3];
+    for (int axis = 0; axis < 3; ++axis) {
+      float distance[kQuadruples];
+      for (int m = 0; m < kQuadruples; ++m) {
+        const Quadruple a = at[m], b = next[axis][m];
+        const Vec3 d = {b.v[0] - a.v[0], b.v[1] - a.v[1], b.v[2] - a.v[2]};
+        distance[m] = scale[m] * sqrt(dot(d, d));
+        fourth[m][axis] = max(b.v[3] - a.v[3], a.v[3] - b.v[3]) / lattice.cell;
+      }
+      maps[axis] = max(distance[0], distance[1]) / lattice.cell;
+    }
+    return {
+        {maps[0], maps[1], maps[2]},
+        {{fourth[0][0], fourth[0][1], fourth[0][2]}, {fourth[1][0], fourth[1][1], fourth[1][2]}}};
   }
 };
 
@@ -723,29 +733,61 @@ struct MaximizeStrain {
   }
 };
 
-/// Does at once what three passes of MaximizeStrain do: a GPU, which reads the same numbers from
-/// its caches, takes less time for that than for two more passes. An item is a float. `from` has
-/// padding() more nodes than the lattice, with any values.
-struct MaximizeStrainWindows {
-  const float* from = nullptr;
-  float* to = nullptr;
-  std::int32_t row = 1, layer = 1;  ///< floats from a node to the next one along y and z
+/// Does at once what BoundStrain and three passes of MaximizeStrain do, as a GPU starts one pass
+/// sooner than four. A team computes the strain around a tile's windows, and their largest values
+/// axis by axis.
+struct BoundStrainWindows {
+  static constexpr int kThreads = 384;
+  static constexpr int kTile = 4;                           ///< windows along an axis, per team
+  static constexpr int kNodes = kTile + kStrainWindow - 1;  ///< their nodes along an axis
+  static constexpr int kFloats = MaximizeStrain<float>::kFloats;
+  struct Scratch {
+    Strain strain[kNodes * kNodes * kNodes];
+    float along_x[kNodes][kNodes][kTile][kFloats], along_y[kNodes][kTile][kTile][kFloats];
+  };
+  BoundStrain bound;
+  Int3 tiles;  ///< along each axis
 
-  static constexpr std::int64_t padding(std::int64_t row_nodes, std::int64_t layer_nodes) {
-    return (kStrainWindow - 1) * (1 + row_nodes + layer_nodes);
-  }
-  PM_HD void operator()(std::int64_t at) const {
-    const float* window = from + at;
-    float largest = window[0];
-    for (int z = 0; z < kStrainWindow; ++z) {
-      for (int y = 0; y < kStrainWindow; ++y) {
-        for (int x = 0; x < kStrainWindow; ++x) {
-          const int next = MaximizeStrain<float>::kFloats * x + row * y + layer * z;
-          largest = max(largest, window[next]);
-        }
-      }
-    }
-    to[at] = largest;
+  template <class Team>
+  PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t tile) const {
+    const Int3 n = bound.lattice.points;
+    const auto t = static_cast<int>(tile);
+    const Int3 first = {kTile * (t % tiles.x), kTile * (t / tiles.x % tiles.y),
+                        kTile * (t / tiles.x / tiles.y)};
+    team.each(kNodes * kNodes * kNodes, [&](int i) {
+      const Int3 node = {first.x + i % kNodes, first.y + i / kNodes % kNodes,
+                         first.z + i / kNodes / kNodes};
+      const bool exists = node.x < n.x && node.y < n.y && node.z < n.z;
+      scratch.strain[i] = exists ? bound.at_node(node) : Strain{};
+    });
+    team.sync();
+    // Returns the largest of a window's numbers, which lie `step` floats apart.
+    const auto largest = [](const float* at, int step) {
+      float out = at[0];
+      for (int k = 1; k < kStrainWindow; ++k) out = max(out, at[k * step]);
+      return out;
+    };
+    team.each(kNodes * kNodes * kTile * kFloats, [&](int i) {
+      const int k = i % kFloats, x = i / kFloats % kTile, yz = i / kFloats / kTile;
+      (&scratch.along_x[0][0][0][0])[i] =
+          largest(&scratch.strain[x + kNodes * yz].maps.x + k, kFloats);
+    });
+    team.sync();
+    team.each(kNodes * kTile * kTile * kFloats, [&](int i) {
+      const int kx = i % (kFloats * kTile), y = i / (kFloats * kTile) % kTile,
+                z = i / (kFloats * kTile * kTile);
+      (&scratch.along_y[0][0][0][0])[i] =
+          largest(&scratch.along_x[z][y][0][0] + kx, kFloats * kTile);
+    });
+    team.sync();
+    team.each(kTile * kTile * kTile * kFloats, [&](int i) {
+      const int k = i % kFloats, x = first.x + i / kFloats % kTile,
+                y = first.y + i / (kFloats * kTile) % kTile,
+                z = first.z + i / (kFloats * kTile * kTile);
+      if (x >= n.x || y >= n.y || z >= n.z) return;
+      Strain& to = bound.strain[x + static_cast<std::int64_t>(n.x) * (y + n.y * z)];
+      (&to.maps.x)[k] = largest(&scratch.along_y[0][0][0][0] + i, kFloats * kTile * kTile);
+    });
   }
 };
 

@@ -44,7 +44,12 @@ inline void write_cell_triangles<WidePack>(const std::uint32_t* vertex, const Br
 /// Writes the triangles of each brick. One team per brick.
 struct EmitTriangles {
   static constexpr int kThreads = 128;
+  /// The most triangles that are listed. A longer list would take shared memory from a GPU's cache.
+  static constexpr int kListed = 432;
   struct Scratch {
+    /// Per triangle of the brick: its row, its cell along x and its number in the cell
+    /// (packed_triangle()). Used by a GPU alone.
+    std::uint16_t listed[kListed];
     /// Index of the vertex on each crossed edge. Vectors are loaded beyond the last slot.
     std::uint32_t vertex[kLines * kLineSlots + 8];
     /// Number of triangles before each item of TeamCells (a row or a plane of cells, bricks.h).
@@ -90,6 +95,18 @@ struct EmitTriangles {
     });
     team.sync();
     team.scan(scratch.before, Cells::kItems);
+    if constexpr (Team::kGroup > 1) {
+      const std::uint32_t count = counts[b].triangles();
+      if (count <= kListed) {
+        // Threads list the triangles of a row each, and then write one index each, side by side.
+        team.each(Cells::kItems, [&](int row) { list<Cells>(scratch, row); });
+        team.sync();
+        auto* to = reinterpret_cast<std::uint32_t*>(triangles.data + first_triangle);
+        team.each(3 * static_cast<int>(count),
+                  [&](int i) { to[i] = listed_vertex<Cells>(scratch, i / 3, i % 3); });
+        return;
+      }
+    }
     team.each(Cells::kItems, [&](int item) {
       emit<V, Cells>(scratch, item, triangles.data + first_triangle + scratch.before[item]);
     });
@@ -118,6 +135,27 @@ struct EmitTriangles {
     }
   }
 
+  PM_HD static std::uint16_t packed_triangle(int row, int cell, int number) {
+    return static_cast<std::uint16_t>(row << 6 | cell << 3 | number);
+  }
+  /// Lists the triangles of the cells of a row.
+  template <class Cells>
+  PM_HD void list(Scratch& scratch, int row) const {
+    const Cells flags(scratch.inside, row);
+    std::uint32_t at = scratch.before[row];
+    for (auto cells = flags.mixed_cells(); cells != 0; cells &= cells - 1) {
+      const int cell = countr_zero(cells), count = table[0].count[flags.corners(cell)];
+      for (int i = 0; i < count; ++i) scratch.listed[at++] = packed_triangle(row, cell, i);
+    }
+  }
+  /// Returns the index of a vertex (0 to 2) of a listed triangle.
+  template <class Cells>
+  PM_HD std::uint32_t listed_vertex(const Scratch& scratch, int triangle, int vertex) const {
+    const int packed = scratch.listed[triangle], row = packed >> 6, cell = packed >> 3 & 7;
+    const int slot =
+        table[0].slots[Cells(scratch.inside, row).corners(cell)][3 * (packed & 7) + vertex];
+    return scratch.vertex[Cells::first_line(row) * kLineSlots + 3 * cell + slot];
+  }
   /// Writes the triangles of the cells of an item of TeamCells from `to` on.
   template <class V, class Cells>
   PM_HD void emit(const Scratch& scratch, int item, Triangle* to) const {
