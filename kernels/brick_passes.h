@@ -198,7 +198,6 @@ class MeshPasses {
       if (places_vertices) {
         allocate_vertices();
         backend_.template for_teams</*beside_last=*/true>(
-
             bricks.count, bricks.capacity, place_vertices(sampled.source, bricks, /*begin=*/0),
             "vertices");
         if (settings_.download) backend_.written(Written::kMesh);
