@@ -1,6 +1,7 @@
 #include "render/path/integrator.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 
 #include "render/path/scatter.h"
@@ -89,11 +90,17 @@ class Tracer {
   Paths load(PackBits rows) const {
     const float* starts[kLanes];
     for (int l = 0; l < kLanes; ++l) starts[l] = &paths_[rows[l]].ray.origin.x;
-    Pack columns[kPathWidth];
-    load_rows<kPathWidth>(starts, columns);
-    Paths path;
-    std::memcpy(&path, columns, sizeof path);  // Paths consists of kPathWidth packs
-    return path;
+    std::array<Pack, kPathWidth> columns;
+    load_rows<kPathWidth>(starts, columns.data());
+    return std::bit_cast<Paths>(columns);  // which consists of kPathWidth packs
+  }
+  /// Loads the rays of eight paths.
+  RayOf<Pack3> load_rays(PackBits rows) const {
+    const float* starts[kLanes];
+    for (int l = 0; l < kLanes; ++l) starts[l] = &paths_[rows[l]].ray.origin.x;
+    std::array<Pack, kLanes> columns;
+    load_rows<kLanes>(starts, columns.data());
+    return std::bit_cast<RayOf<Pack3>>(columns);
   }
   /// Stores the paths of the lanes `where`.
   void store(const Paths& path, PackBits rows, PackMask where) {
@@ -175,7 +182,7 @@ class Tracer {
       IntersectionOf<Pack> intersections[2];
       for (int k = 0; k < count; k += kLanes) {
         rows[k / kLanes] = load_row_indices(to_intersect, first + k);
-        rays[k / kLanes] = load(rows[k / kLanes]).ray;
+        rays[k / kLanes] = load_rays(rows[k / kLanes]);
       }
       intersect_closest(world_, rays, intersections, count, /*coherent=*/depth_ == 1, stats_);
       for (int k = 0; k < count; k += kLanes) {
@@ -215,10 +222,10 @@ class Tracer {
     const VertexRandom random = make_vertex_random(path);
     const ShadingOf<Pack3> own = own_shading(world_, hit);
     if (depth_ == 1 && wave_.is_intersected)
-      keep_hits(rows, live, point, mixed_albedo(world_, hit, own));
+      keep_hits(rows, live, point, mixed_shading(world_, hit, own).color);
     if (world_.has_glass) {
       const Sample4Of<Pack> sample = random.glass();
-      const ShadingOf<Pack3> shading = mixed_shading(world_, hit);
+      const ShadingOf<Pack3> shading = mixed_shading(world_, hit, own);
       handled_ = live & (shading.transmission > sample.b);
       store(path, rows, handled_);
       pass_glass_one_by_one(rows, handled_, point, shading, sample);
@@ -265,7 +272,7 @@ class Tracer {
       const int count = std::min(kPacket, depth_limit_.count - first);
       RayOf<Pack3> rays[2];
       for (int k = 0; k < count; k += kLanes)
-        rays[k / kLanes] = load(load_row_indices(depth_limit_, first + k)).ray;
+        rays[k / kLanes] = load_rays(load_row_indices(depth_limit_, first + k));
       stats_.rays += static_cast<std::uint64_t>(count);
       const std::uint32_t occluded = world_.geometry->test_occlusion(rays, count);
       for (int k = 0; k < kPacket; k += kLanes)
@@ -331,7 +338,7 @@ void shade_hits(const World& world, const RayOf<Pack3>& rays, MeshHitOf<Pack> hi
   hit.distance = select(on_mesh, hit.distance, broadcast<Pack>(hit.distance[first_hit_lane]));
   const SurfacePointOf<Pack3> points = world.geometry->surface_point(rays, hit);
   Pack3 albedos{};
-  if (values.albedo) albedos = mixed_shading(world, hit).color;
+  if (values.albedo) albedos = mixed_shading(world, hit, own_shading(world, hit)).color;
   for (int l = 0; l < kLanes; ++l)
     shaded[l] = {lane(points.position, l), lane(points.shading, l), lane(albedos, l)};
 }

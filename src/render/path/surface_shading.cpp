@@ -25,6 +25,17 @@ ShadingOf<Pack3> broadcast_shading(const Shading& s) {
           broadcast<Pack>(s.transmission), broadcast<Pack>(s.ior)};
 }
 
+/// Counterpart of select() for shadings.
+ShadingOf<Pack3> select_shading(PackMask first, const ShadingOf<Pack3>& a,
+                                const ShadingOf<Pack3>& b) {
+  return {select(first, a.color, b.color),
+          select(first, a.specular, b.specular),
+          select(first, a.roughness, b.roughness),
+          select(first, a.metallic, b.metallic),
+          select(first, a.transmission, b.transmission),
+          select(first, a.ior, b.ior)};
+}
+
 /// Eight shadings as rows, padded to whole packs.
 struct ShadingRows {
   struct Row {
@@ -163,14 +174,6 @@ Pack look_weights(const World& world, const MeshHitOf<Pack>& hit) {
   return weights;
 }
 
-/// Calls compute_shading(hit) for each lane, and returns the eight results.
-template <class F>
-ShadingOf<Pack3> gather_shading(const MeshHitOf<Pack>& hit, const F& compute_shading) {
-  ShadingRows shadings;
-  for (int l = 0; l < kLanes; ++l) shadings.rows[l].shading = compute_shading(lane(hit, l));
-  return shadings.transposed();
-}
-
 }  // namespace
 
 TexturePoint MaterialBorders::at(std::uint32_t border, float u, float v) const {
@@ -182,32 +185,24 @@ TexturePoint texture_point(const MaterialLayer& layer, std::uint32_t triangle, f
                         : find_texture_point(layer, triangle, u, v);
 }
 
-ShadingOf<Pack3> mixed_shading(const World& world, const MeshHitOf<Pack>& hit) {
-  const RenderMesh* mesh = find_only_mesh(world, hit);
-  if (!mesh)
-    return gather_shading(hit,
-                          [&](const MeshHit& lane_hit) { return mixed_shading(world, lane_hit); });
-  const float weight = look_weight(*mesh);
-  const ShadingOf<Pack3> look = broadcast_shading(look_shading(world.look));
-  if (weight >= 1) return look;
-  const ShadingOf<Pack3> own = mesh_shading(*mesh, hit);
-  return weight > 0 ? mix(own, look, broadcast<Pack>(weight)) : own;
-}
-
 ShadingOf<Pack3> own_shading(const World& world, const MeshHitOf<Pack>& hit) {
-  if (const RenderMesh* mesh = find_only_mesh(world, hit))
-    return look_weight(*mesh) < 1 ? mesh_shading(*mesh, hit) : ShadingOf<Pack3>{};
-  return gather_shading(hit, [&](const MeshHit& lane_hit) {
-    const RenderMesh& mesh = world.geometry->mesh(lane_hit.mesh);
-    return mesh.materials.empty() ? Shading{} : mesh_shading(mesh, lane_hit);
-  });
+  const auto shade = [](const RenderMesh& mesh, const auto& hits) {
+    using Result = decltype(mesh_shading(mesh, hits));
+    return look_weight(mesh) < 1 ? mesh_shading(mesh, hits) : Result{};
+  };
+  if (const RenderMesh* mesh = find_only_mesh(world, hit)) return shade(*mesh, hit);
+  ShadingRows shadings;
+  for (int l = 0; l < kLanes; ++l)
+    shadings.rows[l].shading = shade(world.geometry->mesh(hit.mesh[l]), lane(hit, l));
+  return shadings.transposed();
 }
 
-Pack3 mixed_albedo(const World& world, const MeshHitOf<Pack>& hit, const ShadingOf<Pack3>& own) {
+ShadingOf<Pack3> mixed_shading(const World& world, const MeshHitOf<Pack>& hit,
+                               const ShadingOf<Pack3>& own) {
   const Pack weight = look_weights(world, hit);
-  const Pack3 look = broadcast3<Pack3>(look_shading(world.look).color);
-  const Pack3 mixed = select(weight > 0.0f, lerp(own.color, look, weight), own.color);
-  return select(weight < 1.0f, mixed, look);
+  const ShadingOf<Pack3> look = broadcast_shading(look_shading(world.look));
+  const ShadingOf<Pack3> mixed = select_shading(weight > 0.0f, mix(own, look, weight), own);
+  return select_shading(weight < 1.0f, mixed, look);
 }
 
 BsdfOf<Pack3> make_bsdf_at(const World& world, const MeshHitOf<Pack>& hit,

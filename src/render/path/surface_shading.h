@@ -97,12 +97,11 @@ PM_HD inline Vec3 glass_tint(const Shading& shading) {
 inline Shading mixed_shading(const World& world, const MeshHit& hit) {
   return mixed_shading(world, world.geometry->mesh(hit.mesh), hit);
 }
-/// Computes mixed_shading() at eight hits.
-ShadingOf<Pack3> mixed_shading(const World& world, const MeshHitOf<Pack>& hit);
-/// Computes mesh_shading() at eight hits; zeros where a mesh has only RenderScene::look.
+/// Computes mesh_shading() at eight hits; zeros where a mesh shows only RenderScene::look.
 ShadingOf<Pack3> own_shading(const World& world, const MeshHitOf<Pack>& hit);
-/// Computes the colours of mixed_shading() and make_bsdf_at() at eight hits. `own`: own_shading().
-Pack3 mixed_albedo(const World& world, const MeshHitOf<Pack>& hit, const ShadingOf<Pack3>& own);
+/// Computes mixed_shading() and make_bsdf_at() at eight hits. `own`: own_shading().
+ShadingOf<Pack3> mixed_shading(const World& world, const MeshHitOf<Pack>& hit,
+                               const ShadingOf<Pack3>& own);
 BsdfOf<Pack3> make_bsdf_at(const World& world, const MeshHitOf<Pack>& hit,
                            const ShadingOf<Pack3>& own, const Pack3& normal, const Pack3& view,
                            PackMask matte);
