@@ -108,19 +108,11 @@ PM_HD Vec2Of<ComponentOf<T3>> encode_octahedral(T3 d) {
           select(upper, y, copysign(1.0f - abs(x), y))};
 }
 
-/// Indices of four adjacent entries of a table.
-template <class I>
-struct TableCell {
-  I upper_left, upper_right, lower_left, lower_right;
-};
-template <class I>
-TableCell(I, I, I, I) -> TableCell<I>;
-/// Interpolates between four adjacent entries of a table of vectors.
-template <class T3, class I>
-PM_HD T3 bilinear(const Vec3* table, const TableCell<I>& cell, ComponentOf<T3> fx,
+/// Interpolates between four adjacent entries of a table: a pair of one row and one of the next.
+template <class T3>
+PM_HD T3 bilinear(const PairOf<T3>& upper, const PairOf<T3>& lower, ComponentOf<T3> fx,
                   ComponentOf<T3> fy) {
-  return lerp(lerp(gather(table, cell.upper_left), gather(table, cell.upper_right), fx),
-              lerp(gather(table, cell.lower_left), gather(table, cell.lower_right), fx), fy);
+  return lerp(lerp(upper.first, upper.second, fx), lerp(lower.first, lower.second, fx), fy);
 }
 
 /// Looks up the radiance from a direction, interpolated bilinearly.
@@ -132,15 +124,16 @@ PM_HD_CALL T3 sky_radiance(const SkyTables& sky, const T3& direction) {
   const V x = clamp01(p.x) * static_cast<float>(sky.width) - 0.5f;
   const V y = min(max(p.y * static_cast<float>(sky.height) - 0.5f, 0.0f),
                   static_cast<float>(sky.height - 1));
-  const auto row = truncate(y), next_row = min(row + 1, sky.height - 1);
+  const auto row = truncate(y);
+  const auto upper = row * sky.width, lower = min(row + 1, sky.height - 1) * sky.width;
   // The columns left and right of x wrap around: the first one follows the last one.
   const auto right = min(truncate(x + 1.0f), sky.width);
   const auto left = right - 1;
   const auto column = left + zero_unless(left < 0, sky.width),
              next = right - zero_unless(right >= sky.width, sky.width);
-  const TableCell cell{row * sky.width + column, row * sky.width + next,
-                       next_row * sky.width + column, next_row * sky.width + next};
-  return bilinear<T3>(sky.texels, cell, x - to_float(left), y - to_float(row));
+  return bilinear<T3>(gather_pair(sky.texels, upper + column, upper + next),
+                      gather_pair(sky.texels, lower + column, lower + next), x - to_float(left),
+                      y - to_float(row));
 }
 
 /// Returns the pdf of sample_bright_sky(), per solid angle.
@@ -165,8 +158,9 @@ PM_HD_CALL T3 sky_irradiance(const SkyTables& sky, const T3& normal) {
   const auto column = min(truncate(x), kIrradianceCells - 1);
   const auto row = min(truncate(y), kIrradianceCells - 1);
   const auto node = row * kNodes + column;
-  const TableCell cell{node, node + 1, node + kNodes, node + kNodes + 1};
-  return bilinear<T3>(sky.irradiance, cell, x - to_float(column), y - to_float(row));
+  return bilinear<T3>(gather_pair(sky.irradiance, node, node + 1),
+                      gather_pair(sky.irradiance, node + kNodes, node + kNodes + 1),
+                      x - to_float(column), y - to_float(row));
 }
 
 /// A radiance as the sum of its calm and its bright part.

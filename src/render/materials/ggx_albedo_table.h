@@ -58,14 +58,32 @@ PM_HD SplitAlbedoOf<V> interpolate(const SplitAlbedo* nodes, I index, V fraction
           lerp(gather(numbers + 1, at), gather(numbers + 3, at), fraction)};
 }
 
+/// Interpolates along one axis in two rows of nodes: from the node at `index` to the next one.
+template <class V>
+struct AlbedoPairOf {
+  SplitAlbedoOf<V> low, high;
+};
+PM_HD inline AlbedoPairOf<float> interpolate_rows(const SplitAlbedo* low, const SplitAlbedo* high,
+                                                  std::int32_t index, float fraction) {
+  return {interpolate(low, index, fraction), interpolate(high, index, fraction)};
+}
+#if defined(PM_PACKS)
+inline AlbedoPairOf<Pack> interpolate_rows(const SplitAlbedo* low, const SplitAlbedo* high,
+                                           PackMask index, Pack fraction) {
+  Pack n[kLanes];
+  gather_fours(&low->scale, &high->scale, index * 2, n);
+  return {{lerp(n[0], n[2], fraction), lerp(n[1], n[3], fraction)},
+          {lerp(n[4], n[6], fraction), lerp(n[5], n[7], fraction)}};
+}
+#endif
+
 /// Looks up the albedo of a lobe for a direction of this cosine, interpolated bilinearly.
 template <class V>
 PM_HD SplitAlbedoOf<V> split_albedo(V alpha, V cosine) {
   const AlbedoCellOf<V> a = find_albedo_cell(alpha), c = find_albedo_cell(cosine);
   const SplitAlbedo* nodes = albedo_tables().directional;
   const auto index = a.index * kAlbedoNodes + c.index;
-  const SplitAlbedoOf<V> low = interpolate(nodes, index, c.fraction);
-  const SplitAlbedoOf<V> high = interpolate(nodes + kAlbedoNodes, index, c.fraction);
+  const auto [low, high] = interpolate_rows(nodes, nodes + kAlbedoNodes, index, c.fraction);
   return {lerp(low.scale, high.scale, a.fraction), lerp(low.bias, high.bias, a.fraction)};
 }
 /// Looks up the cosine-weighted mean of the split albedo over all directions.

@@ -196,6 +196,16 @@ PM_HD inline auto gather(const Vec3* base, I index) {
   return T3{gather(numbers, offset), gather(numbers + 1, offset), gather(numbers + 2, offset)};
 }
 
+/// Two vectors of an array.
+template <class T3>
+struct PairOf {
+  T3 first, second;
+};
+/// Gathers two vectors from an array. Eight pairs of adjacent vectors take less time than others.
+PM_HD inline PairOf<Vec3> gather_pair(const Vec3* base, std::int32_t first, std::int32_t second) {
+  return {base[first], base[second]};
+}
+
 #if defined(PM_PACKS)
 inline Vec3 lane(const Pack3& a, int l) { return {a.x[l], a.y[l], a.z[l]}; }
 inline void set_lane(Pack3& a, int l, Vec3 value) {
@@ -222,6 +232,26 @@ inline void transpose(const Pack (&r)[kLanes], Pack* columns) {
     columns[i] = __builtin_shufflevector(fours[i], fours[i + 4], 0, 1, 2, 3, 8, 9, 10, 11);
     columns[i + 4] = __builtin_shufflevector(fours[i], fours[i + 4], 4, 5, 6, 7, 12, 13, 14, 15);
   }
+}
+
+/// Loads four numbers from a + index and four from b + index, as eight columns, which takes less
+/// time than eight calls of gather().
+inline void gather_fours(const float* a, const float* b, PackMask index, Pack (&columns)[kLanes]) {
+  typedef float Four __attribute__((vector_size(16)));
+  Pack rows[kLanes];
+  for (int l = 0; l < kLanes; ++l) {
+    Four from_a, from_b;
+    std::memcpy(&from_a, a + index[l], sizeof from_a);
+    std::memcpy(&from_b, b + index[l], sizeof from_b);
+    rows[l] = __builtin_shufflevector(from_a, from_b, 0, 1, 2, 3, 4, 5, 6, 7);
+  }
+  transpose(rows, columns);
+}
+inline PairOf<Pack3> gather_pair(const Vec3* base, PackMask first, PackMask second) {
+  if (any(second != first + 1)) return {gather(base, first), gather(base, second)};
+  Pack c[kLanes];
+  gather_fours(&base->x, &base->z, first * 3, c);
+  return {{c[0], c[1], c[2]}, {c[3], c[6], c[7]}};
 }
 
 /// Loads eight rows of kWidth numbers (a multiple of 8) as kWidth columns, with row l in lane l.
