@@ -197,7 +197,7 @@ class MeshPasses {
       if (settings_.download) backend_.written(Written::kTriangles);
       if (places_vertices) {
         allocate_vertices();
-        backend_.template for_teams</*beside_last=*/true>(
+        backend_.template for_teams</*kBesideLast=*/true>(
             bricks.count, bricks.capacity, place_vertices(sampled.source, bricks, /*begin=*/0),
             "vertices");
         if (settings_.download) backend_.written(Written::kMesh);

@@ -242,11 +242,9 @@ struct CountBricks {
   template <class Team>
   PM_HD void fill_beyond_grid(const Team& team, Int3 first, float* brick_values) const {
     if (is_on_grid(first)) return;
-    const Int3 n = grid.points;
-    team.each(kBrickValues, [&](int i) {
-      const int x = first.x + i % kBrickPoints, y = first.y + i / kBrickPoints % kBrickPoints,
-                z = first.z + i / kLines;
-      if (x < 0 || y < 0 || z < 0 || x >= n.x || y >= n.y || z >= n.z) brick_values[i] = outside;
+    team.each(kLines, [&](int line) {
+      for (std::uint32_t bits = beyond_grid(first, line); bits != 0; bits &= bits - 1)
+        brick_values[kBrickPoints * line + countr_zero(bits)] = outside;
     });
     team.sync();
   }

@@ -156,22 +156,22 @@ constexpr int kMinTeams<F, std::void_t<decltype(F::kMinTeams)>> = F::kMinTeams;
 
 /// Calls f with one team (block) per item and part. There are *count items (null: `limit` items);
 /// those from `limit` on do not fit into memory and are left out. f stays in constant memory, also
-/// where it is indexed. `beside_last`: whether f reads nothing that the kernel before writes. As
-/// that one admits this only after it has waited itself, this may read what all kernels before it
-/// wrote.
-template <class F, bool beside_last>
+/// where it is indexed. `kBesideLast`: whether f neither reads what the kernel before writes, nor
+/// writes what that one reads or writes. As that one admits this only after it has waited itself,
+/// this may read what all kernels before it wrote.
+template <class F, bool kBesideLast>
 __global__ void __launch_bounds__(F::kThreads, kMinTeams<F>)
     run_teams(const std::int64_t* count, std::int64_t limit, int parts,
               const __grid_constant__ F f) {
   __shared__ typename F::Scratch scratch;
-  if constexpr (!beside_last) wait_for_previous_kernel();
+  if constexpr (!kBesideLast) wait_for_previous_kernel();
   admit_next_kernel();
   const std::int64_t n = (count != nullptr && *count < limit ? *count : limit) * parts;
   for (std::int64_t i = blockIdx.x; i < n; i += gridDim.x) {
     f(CudaTeam{}, scratch, i);
     __syncthreads();
   }
-  if constexpr (beside_last) wait_for_previous_kernel();
+  if constexpr (kBesideLast) wait_for_previous_kernel();
 }
 
 constexpr int kScanThreads = 1024, kScanEach = 4;  ///< kScanEach: items per thread and step
@@ -337,9 +337,9 @@ class CudaBackend {
   static constexpr bool kManyRoots = true;    ///< whether a tree has many roots, not one
 
   /// Calls f(team, scratch, i) for i in [0, n * parts), n = *count but at most `limit`; *count is
-  /// read on the device. Null stands for `limit`. `beside_last`: whether f reads nothing that the
-  /// last pass writes, and may run beside it.
-  template <bool beside_last = false, class F>
+  /// read on the device. Null stands for `limit`. `kBesideLast`: whether f may run beside the last
+  /// pass, since it neither reads what that writes, nor writes what that reads or writes.
+  template <bool kBesideLast = false, class F>
   void for_teams(const std::int64_t* count, std::int64_t limit, const F& f, const char* name,
                  int parts = 1) {
     static_assert(std::is_trivially_copyable<F>::value,
@@ -351,7 +351,7 @@ class CudaBackend {
     const std::int64_t max_blocks = std::int64_t{4096} / F::kThreads * processors_;
     const auto blocks =
         static_cast<unsigned>(limit * parts < max_blocks ? limit * parts : max_blocks);
-    launch(run_teams<F, beside_last>, blocks, static_cast<unsigned>(F::kThreads), name, count,
+    launch(run_teams<F, kBesideLast>, blocks, static_cast<unsigned>(F::kThreads), name, count,
            limit, parts, f);
   }
   /// Calls f(team, scratch, i) for i in [0, n).

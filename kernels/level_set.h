@@ -209,7 +209,6 @@ struct ClassifyNodes {
 
 /// Writes the kept children of a node. One team per node.
 struct FillNodes {
-  static constexpr int kThreads = 64;
   struct Scratch {};
   View<Node> parents;
   View<const Offsets> first_children;  ///< per parent: index of its first kept child
@@ -235,8 +234,8 @@ struct FillNodes {
 };
 
 /// Does at once what a scan and FillNodes do, as a GPU starts one pass sooner than two. Each team
-/// sums the counts of all parents before its own: with some thousands of these, as surfaces have,
-/// that takes less time than a scan starts in. One team per kParents parents.
+/// sums the counts of all parents before its own: with the thousands of these that a grid of 1024^3
+/// points has, that takes less time than a scan starts in. One team per kParents parents.
 struct NumberNodes {
   static constexpr int kThreads = 512;
   static constexpr int kParents = 32;

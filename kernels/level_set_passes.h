@@ -316,7 +316,8 @@ View<const Strain> bound_strain(Workspace<B>& work, const MorphSurface& surface,
   using Maximize = MaximizeStrain<V>;
   const Int3 n = map.lattice.points;
   const std::int64_t row = n.x, layer = row * n.y, nodes = layer * n.z;
-  const std::int64_t padded = nodes + Maximize::kPadding / Maximize::kFloats + 1;
+  const std::int64_t padded =
+      nodes + (B::kHostMemory ? Maximize::kPadding / Maximize::kFloats + 1 : 0);
   View<Strain> strain = work.strain[0].resize(work.backend, padded);
   BoundStrain bound;
   bound.lattice = map.lattice;

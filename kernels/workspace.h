@@ -62,7 +62,7 @@ struct Workspace {
   Buffer<float> lattice_nodes;
   Buffer<std::uint32_t> regressed_nodes;                  ///< RegressNodes::listed
   std::shared_ptr<const Regression> uploaded_regression;  ///< contents of lattice_nodes
-  Buffer<Strain> strain[2];  ///< read and written in turn by the passes
+  Buffer<Strain> strain[2];  ///< read and written in turn by a CPU's passes; a GPU writes one
   Buffer<Vec3> landmark_positions;
   Buffer<AttributeValues> landmark_values;
   Buffer<LandmarkTerm> landmark_terms;
@@ -83,7 +83,8 @@ struct Workspace {
   Buffer<FarField> far[2];
   Buffer<Counts> node_counts[2];  ///< children and entries per node
   Buffer<std::uint32_t> child_entries;
-  Buffer<Offsets> first;  ///< prefix sums of node_counts: each node's first child and entry
+  /// Prefix sums of node_counts, each node's first child and entry, where a scan computes them.
+  Buffer<Offsets> first;
 
   /// Element `level`: the level's numbers of nodes and entries; element kMeshTotal: the mesh's
   /// numbers of vertices and triangles.

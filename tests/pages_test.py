@@ -32,7 +32,7 @@ PROGRAM = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else "").absolute()
 PICTURES = pathlib.Path(sys.argv[2]).absolute() if len(sys.argv) > 2 else None
 # Width, height, and whether fingers are what it has.
 WINDOWS = [(390, 844, True), (600, 450, False), (1280, 800, False)]
-# Of pages that draw objects, which take five seconds of processor time to open. One test of each page has a wide window, too, for the layout.
+# Of pages that draw objects, which take five seconds of processor time to open. One test of each kind has a wide window, too, for the layout.
 DRAWN_WINDOWS = WINDOWS[:2]
 FRAMES = 9
 SCENE = {

@@ -10,6 +10,7 @@
 
 #include "kernels/cpu_backend.h"
 #include "kernels/regression.h"
+#include "kernels/triangles.h"
 
 namespace polymorph {
 namespace {
@@ -58,6 +59,85 @@ TEST(LevelSet, nodes_are_numbered_at_once_as_by_a_scan) {
       EXPECT_EQ(nodes[c].at.z, expected[c].at.z) << c;
       EXPECT_EQ(zeros[c].nodes(), 0u) << c;
     }
+  }
+}
+
+TEST(LevelSet, nodes_that_do_not_fit_are_counted_but_not_written) {
+  constexpr std::int64_t kParentCount = 40;
+  std::vector<Node> parents(kParentCount), nodes(100);
+  std::vector<Counts> counts(kParentCount, Counts{3, 0}), node_counts(2, Counts{7, 7});
+  for (Node& parent : parents) parent.children = 7;
+  for (Node& node : nodes) node.parent = 1234;
+  Offsets total;
+  // Of 40 parents 39 fit, of their 117 children 99, and of the children's counts one.
+  NumberNodes number{&kParentCount,  span_of(parents),     span_of(counts),
+                     span_of(nodes), span_of(node_counts), &total};
+  number.parent_counts.size = 39;
+  number.nodes.size = 99;
+  number.counts.size = 1;
+  const auto scratch = std::make_unique<NumberNodes::Scratch>();
+  for (std::int64_t t = 0; t < 2; ++t) number(CpuTeam<float>{}, *scratch, t);
+  EXPECT_EQ(total.nodes(), 117);
+  EXPECT_EQ(nodes[98].parent, 32u);
+  EXPECT_EQ(nodes[99].parent, 1234u);
+  EXPECT_EQ(node_counts[0].nodes(), 0u);
+  EXPECT_EQ(node_counts[1].nodes(), 7u);
+}
+
+/// A team that takes a GPU's way through EmitTriangles.
+struct ListingTeam : CpuTeam<float> {
+  static constexpr std::uint32_t kGroup = 2;
+};
+
+TEST(LevelSet, triangles_are_the_same_listed_or_not) {
+  std::mt19937 random(5);
+  std::vector<BrickTable> table = {brick_table()};
+  std::vector<Node> bricks(1);
+  // One in so many points is inside. Of every point the triangles are too many for the list.
+  for (const unsigned rarity : {2u, 9u}) {
+    std::vector<float> values(kBrickValues);
+    std::vector<std::uint8_t> inside(kLines);
+    std::vector<std::uint32_t> rows(kRows);
+    std::vector<Counts> counts(1);
+    std::vector<Offsets> first(1);
+    CountBricks count;
+    count.grid = {{0, 0, 0}, 1, {8, 8, 8}};
+    count.iso = 0;
+    count.outside = -1;
+    count.table = span_of(table);
+    count.bricks = span_of(bricks);
+    count.values = span_of(values);
+    count.inside = span_of(inside);
+    count.rows = span_of(rows);
+    count.counts = span_of(counts);
+    CountBricks::Scratch count_scratch;
+    for (int i = 0; i < kBrickValues; ++i) {
+      // No edge of the last points, which are other bricks', is crossed.
+      const int x = i % kBrickPoints, y = i / kBrickPoints % kBrickPoints, z = i / kLines;
+      const bool is_last = x == kBrickCells || y == kBrickCells || z == kBrickCells;
+      count_scratch.values[i] = !is_last && random() % rarity == 0 ? 1.0f : -1.0f;
+    }
+    count.count(CpuTeam<float>{}, count_scratch, 0, {0, 0, 0});
+    ASSERT_EQ(counts[0].triangles() > EmitTriangles::kListed, rarity == 2);
+    std::vector<Triangle> triangles(counts[0].triangles()), listed(triangles.size());
+    EmitTriangles emit;
+    emit.table = span_of(table);
+    emit.tree.nodes[0] = span_of(bricks);
+    emit.inside = span_of(inside);
+    emit.rows = span_of(rows);
+    emit.counts = span_of(counts);
+    emit.first = span_of(first);
+    emit.capacity = 1;
+    emit.triangles = span_of(triangles);
+    const auto scratch = std::make_unique<EmitTriangles::Scratch>();
+    emit(CpuTeam<float>{}, *scratch, 0);
+    emit.triangles = span_of(listed);
+    emit(ListingTeam{}, *scratch, 0);
+    for (std::size_t t = 0; t < triangles.size(); ++t)
+      for (int v = 0; v < 3; ++v) {
+        EXPECT_EQ(listed[t].v[v], triangles[t].v[v]) << t;
+        EXPECT_LT(listed[t].v[v], counts[0].vertices()) << t;
+      }
   }
 }
 

@@ -186,16 +186,6 @@ inline Pack gather(const float* base, PackMask index) {
 
 #endif
 
-/// Gathers vectors from an array.
-template <class I>
-PM_HD inline auto gather(const Vec3* base, I index) {
-  static_assert(sizeof(Vec3) == 3 * sizeof(float));
-  const float* numbers = &base->x;
-  const I offset = index * 3;
-  using T3 = Vec3Of<decltype(gather(numbers, offset))>;
-  return T3{gather(numbers, offset), gather(numbers + 1, offset), gather(numbers + 2, offset)};
-}
-
 /// Two vectors of an array.
 template <class T3>
 struct PairOf {
@@ -234,18 +224,26 @@ inline void transpose(const Pack (&r)[kLanes], Pack* columns) {
   }
 }
 
+/// Four numbers of one lane.
+typedef float Quad __attribute__((vector_size(16)));
+
 /// Loads four numbers from a + index and four from b + index, as eight columns, which takes less
-/// time than eight calls of gather().
+/// time than eight calls of gather(). All four must exist.
 inline void gather_fours(const float* a, const float* b, PackMask index, Pack (&columns)[kLanes]) {
-  typedef float Four __attribute__((vector_size(16)));
   Pack rows[kLanes];
   for (int l = 0; l < kLanes; ++l) {
-    Four from_a, from_b;
+    Quad from_a, from_b;
     std::memcpy(&from_a, a + index[l], sizeof from_a);
     std::memcpy(&from_b, b + index[l], sizeof from_b);
     rows[l] = __builtin_shufflevector(from_a, from_b, 0, 1, 2, 3, 4, 5, 6, 7);
   }
   transpose(rows, columns);
+}
+/// Gathers vectors from an array.
+inline Pack3 gather(const Vec3* base, PackMask index) {
+  static_assert(sizeof(Vec3) == 3 * sizeof(float));
+  const PackMask offset = index * 3;
+  return {gather(&base->x, offset), gather(&base->y, offset), gather(&base->z, offset)};
 }
 inline PairOf<Pack3> gather_pair(const Vec3* base, PackMask first, PackMask second) {
   if (any(second != first + 1)) return {gather(base, first), gather(base, second)};

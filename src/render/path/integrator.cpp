@@ -86,21 +86,15 @@ class Tracer {
     for (int l = 0; l < kLanes; ++l) rows[l] = list.items[std::min(first + l, list.count - 1)];
     return rows;
   }
-  /// Loads eight paths, one per lane.
-  Paths load(PackBits rows) const {
+  /// Loads eight paths, one per lane, or only as much of each as T has, which consists of packs.
+  template <class T>
+  T load(PackBits rows) const {
+    constexpr std::size_t kWidth = sizeof(T) / sizeof(Pack);
     const float* starts[kLanes];
     for (int l = 0; l < kLanes; ++l) starts[l] = &paths_[rows[l]].ray.origin.x;
-    std::array<Pack, kPathWidth> columns;
-    load_rows<kPathWidth>(starts, columns.data());
-    return std::bit_cast<Paths>(columns);  // which consists of kPathWidth packs
-  }
-  /// Loads the rays of eight paths.
-  RayOf<Pack3> load_rays(PackBits rows) const {
-    const float* starts[kLanes];
-    for (int l = 0; l < kLanes; ++l) starts[l] = &paths_[rows[l]].ray.origin.x;
-    std::array<Pack, kLanes> columns;
-    load_rows<kLanes>(starts, columns.data());
-    return std::bit_cast<RayOf<Pack3>>(columns);
+    std::array<Pack, kWidth> columns;
+    load_rows<kWidth>(starts, columns.data());
+    return std::bit_cast<T>(columns);
   }
   /// Stores the paths of the lanes `where`.
   void store(const Paths& path, PackBits rows, PackMask where) {
@@ -151,7 +145,7 @@ class Tracer {
     for (int first = 0; first < list.count; first += kLanes) {
       const PackBits rows = load_row_indices(list, first);
       const PackMask live = first_lanes(list.count - first);
-      Paths path = load(rows);
+      Paths path = load<Paths>(rows);
       const PackMask continues = f(path, rows, live);
       store(path, rows, live & !handled_);
       handled_ = PackMask{};
@@ -182,7 +176,7 @@ class Tracer {
       IntersectionOf<Pack> intersections[2];
       for (int k = 0; k < count; k += kLanes) {
         rows[k / kLanes] = load_row_indices(to_intersect, first + k);
-        rays[k / kLanes] = load_rays(rows[k / kLanes]);
+        rays[k / kLanes] = load<RayOf<Pack3>>(rows[k / kLanes]);
       }
       intersect_closest(world_, rays, intersections, count, /*coherent=*/depth_ == 1, stats_);
       for (int k = 0; k < count; k += kLanes) {
@@ -221,14 +215,15 @@ class Tracer {
     const SurfacePointOf<Pack3> point = world_.geometry->surface_point(path.ray, hit);
     const VertexRandom random = make_vertex_random(path);
     const ShadingOf<Pack3> own = own_shading(world_, hit);
-    if (depth_ == 1 && wave_.is_intersected)
-      keep_hits(rows, live, point, mixed_shading(world_, hit, own).color);
+    const bool keeps_hits = depth_ == 1 && wave_.is_intersected;
+    ShadingOf<Pack3> mixed;
+    if (keeps_hits || world_.has_glass) mixed = mixed_shading(world_, hit, own);
+    if (keeps_hits) keep_hits(rows, live, point, mixed.color);
     if (world_.has_glass) {
       const Sample4Of<Pack> sample = random.glass();
-      const ShadingOf<Pack3> shading = mixed_shading(world_, hit, own);
-      handled_ = live & (shading.transmission > sample.b);
+      handled_ = live & (mixed.transmission > sample.b);
       store(path, rows, handled_);
-      pass_glass_one_by_one(rows, handled_, point, shading, sample);
+      pass_glass_one_by_one(rows, handled_, point, mixed, sample);
       live = live & !handled_;
       if (!any(live)) return PackMask{};
     }
@@ -272,7 +267,7 @@ class Tracer {
       const int count = std::min(kPacket, depth_limit_.count - first);
       RayOf<Pack3> rays[2];
       for (int k = 0; k < count; k += kLanes)
-        rays[k / kLanes] = load_rays(load_row_indices(depth_limit_, first + k));
+        rays[k / kLanes] = load<RayOf<Pack3>>(load_row_indices(depth_limit_, first + k));
       stats_.rays += static_cast<std::uint64_t>(count);
       const std::uint32_t occluded = world_.geometry->test_occlusion(rays, count);
       for (int k = 0; k < kPacket; k += kLanes)

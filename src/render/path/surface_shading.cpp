@@ -86,10 +86,8 @@ struct PackTaps {
   static void store(PackMask from, std::int32_t* to) { std::memcpy(to, &from, sizeof from); }
 };
 
-/// A colour and an unused fourth float, so that one instruction mixes two texels.
-typedef float Quad __attribute__((vector_size(16)));
-
-/// Samples a texture at eight points, as sample_texture() does at one.
+/// Samples a texture at eight points, as sample_texture() does at one. A texel has an unused fourth
+/// float, so that one instruction mixes two.
 void sample_texture(TextureView texture, Pack2 uv, Vec3 (&texels)[kLanes]) {
   const PackTaps x(uv.x, texture.width), y(1.0f - uv.y, texture.height);
   for (int l = 0; l < kLanes; ++l) {
