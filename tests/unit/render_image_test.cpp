@@ -13,8 +13,6 @@ namespace {
 
 using namespace testing;
 
-constexpr float kPi = std::numbers::pi_v<float>;
-
 /// A floor, an occluder and two objects under the studio's light: all code paths at once.
 struct StudioScene {
   TestMesh ball = make_ball(48, 24, 0.7f);

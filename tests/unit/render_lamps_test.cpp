@@ -9,8 +9,6 @@ namespace {
 
 using namespace testing;
 
-constexpr float kPiF = std::numbers::pi_v<float>;
-
 /// Irradiance by the lamp on a surface at the origin with normal +y, from n x n samples.
 double irradiance(const Lamp& lamp, int n) {
   double sum = 0;
@@ -117,7 +115,7 @@ TEST(Lamps, ASecondSunAddsItsIrradiance) {
   sun.elevation = 30;
   sun.intensity = 2;
   scene.lights.lamps = {sun};
-  EXPECT_NEAR(mean_green(render_or_fail(scene, small_settings(16))), 0.5 * 2 * 0.5 / kPiF, 0.003);
+  EXPECT_NEAR(mean_green(render_or_fail(scene, small_settings(16))), 0.5 * 2 * 0.5 / kPi, 0.003);
 }
 
 TEST(DaySky, IsBlueAboveBrightByTheSunAndGivesItsIrradiance) {
@@ -132,7 +130,7 @@ TEST(DaySky, IsBlueAboveBrightByTheSunAndGivesItsIrradiance) {
     const Vec3 by_sun = sky_radiance(sky, sun.frame.z);
     EXPECT_GT(luminance(by_sun), 1.5f * luminance(zenith));
     const Vec3 down = sky_radiance(sky, Vec3{0, -1, 0});
-    EXPECT_NEAR(down.y, 0.4f * (sun.irradiance.y * sun.frame.z.y + sky.upper_irradiance.y) / kPiF,
+    EXPECT_NEAR(down.y, 0.4f * (sun.irradiance.y * sun.frame.z.y + sky.upper_irradiance.y) / kPi,
                 0.02f)
         << "the ground is lit by this very sky";
   }
