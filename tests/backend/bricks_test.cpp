@@ -15,14 +15,10 @@
 #include "kernels/cpu_backend.h"
 #include "kernels/expand_far_field.h"
 #include "testing/backend.h"
+#include "testing/bricks.h"
 
 namespace polymorph {
 namespace {
-
-template <class T>
-View<T> view_of(std::vector<T>& v) {
-  return {v.data(), static_cast<std::int64_t>(v.size())};
-}
 
 using RoundGaussian = Field<GaussianField, RoundBall>;
 using Ellipsoids = Field<GaussianField, EllipsoidBall>;

@@ -11,14 +11,10 @@
 #include "kernels/cpu_backend.h"
 #include "kernels/regression.h"
 #include "kernels/triangles.h"
+#include "testing/bricks.h"
 
 namespace polymorph {
 namespace {
-
-template <class T>
-View<T> span_of(std::vector<T>& v) {
-  return {v.data(), static_cast<std::int64_t>(v.size())};
-}
 
 TEST(LevelSet, nodes_are_numbered_at_once_as_by_a_scan) {
   std::mt19937 random(3);
@@ -39,11 +35,11 @@ TEST(LevelSet, nodes_are_numbered_at_once_as_by_a_scan) {
     std::vector<Node> expected_parents = parents, expected(children), nodes(children);
     std::vector<Counts> zeros(children, Counts{7, 7});
     FillNodes::Scratch fill_scratch;
-    const FillNodes fill{span_of(expected_parents), span_of(first), span_of(expected), {}};
+    const FillNodes fill{view_of(expected_parents), view_of(first), view_of(expected), {}};
     for (std::int64_t p = 0; p < parent_count; ++p) fill(CpuTeam<float>{}, fill_scratch, p);
     Offsets total = {7, 7};
-    const NumberNodes number{&parent_count,  span_of(parents), span_of(counts),
-                             span_of(nodes), span_of(zeros),   &total};
+    const NumberNodes number{&parent_count,  view_of(parents), view_of(counts),
+                             view_of(nodes), view_of(zeros),   &total};
     const auto scratch = std::make_unique<NumberNodes::Scratch>();
     // One team more than there are parents for, because buffers have room for more.
     for (std::int64_t t = 0; t < parent_count / NumberNodes::kParents + 2; ++t)
@@ -70,8 +66,8 @@ TEST(LevelSet, nodes_that_do_not_fit_are_counted_but_not_written) {
   for (Node& node : nodes) node.parent = 1234;
   Offsets total;
   // Of 40 parents 39 fit, of their 117 children 99, and of the children's counts one.
-  NumberNodes number{&kParentCount,  span_of(parents),     span_of(counts),
-                     span_of(nodes), span_of(node_counts), &total};
+  NumberNodes number{&kParentCount,  view_of(parents),     view_of(counts),
+                     view_of(nodes), view_of(node_counts), &total};
   number.parent_counts.size = 39;
   number.nodes.size = 99;
   number.counts.size = 1;
@@ -91,25 +87,12 @@ struct ListingTeam : CpuTeam<float> {
 
 TEST(LevelSet, triangles_are_the_same_listed_or_not) {
   std::mt19937 random(5);
-  std::vector<BrickTable> table = {brick_table()};
-  std::vector<Node> bricks(1);
+  BrickBuffers buffers;
+  buffers.bricks.resize(1);
   // One in so many points is inside. Of every point the triangles are too many for the list.
   for (const unsigned rarity : {2u, 9u}) {
-    std::vector<float> values(kBrickValues);
-    std::vector<std::uint8_t> inside(kLines);
-    std::vector<std::uint32_t> rows(kRows);
-    std::vector<Counts> counts(1);
+    const CountBricks count = buffers.counting({{0, 0, 0}, 1, {8, 8, 8}}, /*outside=*/-1);
     std::vector<Offsets> first(1);
-    CountBricks count;
-    count.grid = {{0, 0, 0}, 1, {8, 8, 8}};
-    count.iso = 0;
-    count.outside = -1;
-    count.table = span_of(table);
-    count.bricks = span_of(bricks);
-    count.values = span_of(values);
-    count.inside = span_of(inside);
-    count.rows = span_of(rows);
-    count.counts = span_of(counts);
     CountBricks::Scratch count_scratch;
     for (int i = 0; i < kBrickValues; ++i) {
       // No edge of the last points, which are other bricks', is crossed.
@@ -118,25 +101,25 @@ TEST(LevelSet, triangles_are_the_same_listed_or_not) {
       count_scratch.values[i] = !is_last && random() % rarity == 0 ? 1.0f : -1.0f;
     }
     count.count(CpuTeam<float>{}, count_scratch, 0, {0, 0, 0});
-    ASSERT_EQ(counts[0].triangles() > EmitTriangles::kListed, rarity == 2);
-    std::vector<Triangle> triangles(counts[0].triangles()), listed(triangles.size());
+    ASSERT_EQ(buffers.counts[0].triangles() > EmitTriangles::kListed, rarity == 2);
+    std::vector<Triangle> triangles(buffers.counts[0].triangles()), listed(triangles.size());
     EmitTriangles emit;
-    emit.table = span_of(table);
-    emit.tree.nodes[0] = span_of(bricks);
-    emit.inside = span_of(inside);
-    emit.rows = span_of(rows);
-    emit.counts = span_of(counts);
-    emit.first = span_of(first);
+    emit.table = view_of(buffers.table);
+    emit.tree.nodes[0] = view_of(buffers.bricks);
+    emit.inside = view_of(buffers.inside);
+    emit.rows = view_of(buffers.rows);
+    emit.counts = view_of(buffers.counts);
+    emit.first = view_of(first);
     emit.capacity = 1;
-    emit.triangles = span_of(triangles);
+    emit.triangles = view_of(triangles);
     const auto scratch = std::make_unique<EmitTriangles::Scratch>();
     emit(CpuTeam<float>{}, *scratch, 0);
-    emit.triangles = span_of(listed);
+    emit.triangles = view_of(listed);
     emit(ListingTeam{}, *scratch, 0);
     for (std::size_t t = 0; t < triangles.size(); ++t)
       for (int v = 0; v < 3; ++v) {
         EXPECT_EQ(listed[t].v[v], triangles[t].v[v]) << t;
-        EXPECT_LT(listed[t].v[v], counts[0].vertices()) << t;
+        EXPECT_LT(listed[t].v[v], buffers.counts[0].vertices()) << t;
       }
   }
 }

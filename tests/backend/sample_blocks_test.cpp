@@ -10,32 +10,21 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <type_traits>
-#include <vector>
 
 #include "kernels/cpu_backend.h"
 #include "kernels/level_set_passes.h"
 #include "testing/backend.h"
 #include "testing/between.h"
+#include "testing/bricks.h"
 
 namespace polymorph {
 namespace {
 
 /// All bricks of a grid, as one pass samples them.
 template <class Sample, class V>
-struct AllBricks {
-  std::vector<BrickTable> table = {brick_table()};
-  std::vector<Node> bricks;
-  std::vector<float> values;
-  std::vector<std::uint8_t> inside;
-  std::vector<std::uint32_t> rows;
-  std::vector<Counts> counts;
-
+struct AllBricks : BrickBuffers {
   template <class FieldOrBounds>
   AllBricks(const FieldOrBounds& of, const Grid& grid) {
-    const auto view_of = [](auto& v) {
-      return View<std::decay_t<decltype(v[0])>>{v.data(), static_cast<std::int64_t>(v.size())};
-    };
     const Int3 n = ceil_divide(lattice_cells(grid), kBrickCells);
     for (int z = 0; z < n.z; ++z)
       for (int y = 0; y < n.y; ++y)
@@ -43,21 +32,7 @@ struct AllBricks {
           bricks.emplace_back();
           bricks.back().at = {x, y, z};
         }
-    values.resize(bricks.size() * kBrickValues);
-    inside.resize(bricks.size() * kLines);
-    rows.resize(bricks.size() * kRows);
-    counts.assign(bricks.size(), Counts{7, 7});  // a brick without a surface must say so
-    CountBricks count;
-    count.grid = grid;
-    count.iso = 0;
-    count.outside = -grid.cell;
-    count.table = view_of(table);
-    count.bricks = view_of(bricks);
-    count.values = view_of(values);
-    count.inside = view_of(inside);
-    count.rows = view_of(rows);
-    count.counts = view_of(counts);
-    const Sample sample{count, of};
+    const Sample sample{counting(grid, -grid.cell), of};
     const auto scratch = std::make_unique<typename Sample::Scratch>();
     for (std::size_t b = 0; b < bricks.size(); ++b)
       sample(CpuTeam<V>{}, *scratch, static_cast<std::int64_t>(b));
